@@ -3,16 +3,20 @@
     python -m benchmarks.service.soak [--maps 20000] [--epochs 1000000] [--kills 100] [--seed 0]      (make soak)
 
 Memory is that of the server and its workers with what they share counted each time, descriptors those of the server,
-disk all of the data folder. Each is told after a tenth of the work, when caches are warm, and at the end.
+disk all of the data folder. Each is looked at after every twentieth of the maps, then of the epochs; what grows with
+a thousand of them is the slope of a line through all looks but the first, when caches are not warm yet. Who ends it
+early (Ctrl-C, or SIGTERM) is told what there is so far.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import random
+import signal
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +31,7 @@ from tests.service.running import Server, running
 
 KEEP_S, KEEP_BYTES = 20.0, 20_000_000
 EPOCHS_AT_ONCE = 500
+LOOKS = 20
 GONE_WITHIN_S = 6.0
 # a dem of so many posts a side takes a map of some milliseconds
 SIDE = 60
@@ -101,19 +106,26 @@ def epochs(server: Server, session: str, numbers: range) -> None:
         server.client.post(f"{session}/epochs", json={"epochs": some}).raise_for_status()
 
 
-def use(place: Path, map_count: int, epoch_count: int) -> tuple[Taken, Taken]:
-    """Ask for so many maps and epochs under retention; what the service took after a tenth, and at the end."""
+def use(place: Path, map_count: int, epoch_count: int) -> Iterator[tuple[str, int, Taken]]:
+    """Ask for so many maps and epochs under retention; what the service takes after each twentieth of either."""
     kept: dict[str, Any] = {"keep_results_s": KEEP_S, "max_results_bytes": KEEP_BYTES}
     with running(place / "use", workers=1, spare_workers=0, rehearse="maps", access_log=False, **kept) as server:
         dem = ground(server, place)
         session = server.client.post("/detectors", json={"anchors": ANCHORS}).headers["Location"]
-        begin = (max(map_count // 10, 1), max(epoch_count // 10, 1))
-        maps(server, dem, range(begin[0]))
-        epochs(server, session, range(begin[1]))
-        first = taken(server)
-        maps(server, dem, range(begin[0], map_count))
-        epochs(server, session, range(begin[1], epoch_count))
-        return first, taken(server)
+        asks = {"maps": (maps, dem, map_count), "epochs": (epochs, session, epoch_count)}
+        for what, (ask, of, count) in asks.items():
+            if not count:
+                continue
+            ends = [count * part // LOOKS for part in range(LOOKS + 1)]
+            for begin, end in itertools.pairwise(ends):
+                ask(server, of, range(begin, end))
+                yield what, end, taken(server)
+
+
+def growth(looks: Sequence[tuple[int, float]]) -> float:
+    """Of a number that was looked at after so much work: how much more it is with each thousand, caches being warm."""
+    work, numbers = np.array(looks[1:], float).T
+    return float(np.polyfit(work / 1000.0, numbers, 1)[0])
 
 
 @contextmanager
@@ -153,6 +165,7 @@ def kill(place: Path, kills: int, seed: int) -> Lost:
                         kept[job] = _layer(server, kept_now)
             server.kill()
             orphans += _left(processes)
+            print(f"{done:,} kills, {within:,} while a result was written, {orphans:,} processes left", flush=True)
     with running(folder, **settings) as server:
         lost = sum(not _is_there(server, path, layer) for path, layer in kept.items())
         unfinished = server.client.get("/visibility-maps", params={"limit": 200}).json()["visibility_maps"]
@@ -214,27 +227,49 @@ def _runs(process: psutil.Process) -> bool:
         return False
 
 
+def _tell(looks: Sequence[tuple[str, int, Taken]], begun_s: float) -> None:
+    if not looks:
+        return
+    for what in dict.fromkeys(what for what, _, _ in looks):
+        these = [(count, took) for of, count, took in looks if of == what]
+        last = f"after {these[-1][0]:,}"
+        print(f"\n{what:20}{f'after {these[0][0]:,}':>18}{'least':>12}{'most':>12}{last:>18}{'growth per 1,000':>20}")
+        for words, name, unit in (
+            ("server, MB", "server_bytes", 1e6),
+            ("workers, MB", "workers_bytes", 1e6),
+            ("descriptors", "descriptors", 1.0),
+            ("data folder, MB", "disk_bytes", 1e6),
+        ):
+            all_of_it = [(count, getattr(took, name) / unit) for count, took in these]
+            numbers = [number for _, number in all_of_it]
+            grown = f"{growth(all_of_it):20.4f}" if len(these) > 2 else f"{'–':>20}"
+            print(f"{words:20}{numbers[0]:18.1f}{min(numbers):12.1f}{max(numbers):12.1f}{numbers[-1]:18.1f}{grown}")
+    print(f"\n{time.monotonic() - begun_s:.0f} s", flush=True)
+
+
 def main() -> None:
-    """Print both tables; exit 1 where something was lost."""
+    """Print what was taken and what was lost; exit 1 where something was lost."""
     parser = argparse.ArgumentParser(description=__doc__)
     for name, number in (("maps", 20_000), ("epochs", 1_000_000), ("kills", 100), ("seed", 0)):
         parser.add_argument(f"--{name}", type=int, default=number)
     told = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    looks, begun_s = list[tuple[str, int, Taken]](), time.monotonic()
     with tempfile.TemporaryDirectory() as place:
-        first, last = use(Path(place), told.maps, told.epochs)
+        try:
+            if told.maps or told.epochs:
+                for look in use(Path(place), told.maps, told.epochs):
+                    looks.append(look)
+                    print(f"{time.monotonic() - begun_s:6.0f} s: {look[1]:,} {look[0]}", flush=True)
+        except KeyboardInterrupt:
+            raise SystemExit(130) from None
+        finally:
+            _tell(looks, begun_s)
         lost = kill(Path(place), told.kills, told.seed)
-    print(f"{told.maps:,} maps and {told.epochs:,} epochs{'after a tenth':>22}{'at the end':>14}")
-    for words, name, unit in (
-        ("server, MB", "server_bytes", 1e6),
-        ("workers, MB", "workers_bytes", 1e6),
-        ("descriptors", "descriptors", 1.0),
-        ("data folder, MB", "disk_bytes", 1e6),
-    ):
-        print(f"{words:30}{getattr(first, name) / unit:24.1f}{getattr(last, name) / unit:14.1f}")
     print(
         f"{lost.kills} kills, {lost.within_commits} while a result was written: {lost.results} results lost, "
         f"{len(lost.half)} half files {lost.half}, {lost.orphans} processes left after {GONE_WITHIN_S:g} s; "
-        f"{lost.set_aside} whole results set aside"
+        f"{lost.set_aside} whole results set aside; {time.monotonic() - begun_s:.0f} s"
     )
     if lost.results or lost.half or lost.orphans:
         raise SystemExit(1)

@@ -130,17 +130,20 @@ def _spread(client: Any, futures: dict[Any, int], stop: Callable[[], bool] | Non
     """Take in what comes of the parcels that were handed out."""
     from distributed import wait
 
+    finished: set[Any] = set()
     try:
         while futures:
             if stop is not None and stop():
                 return
+            if finished:
+                future = finished.pop()
+                yield futures.pop(future), future.result()
+                continue
             try:
                 with client.as_current():
-                    finished = wait(list(futures), timeout=LOOK_EVERY_S, return_when="FIRST_COMPLETED").done
+                    finished = set(wait(list(futures), timeout=LOOK_EVERY_S, return_when="FIRST_COMPLETED").done)
             except TimeoutError:
                 continue
-            for future in finished:
-                yield futures.pop(future), future.result()
     finally:
         if futures:
             client.cancel(list(futures))

@@ -18,6 +18,7 @@ from cyclopts import (
 )
 from cyclopts.exceptions import UnknownCommandError
 
+from .asking.numbers import converted
 from .asking.spoken import spoken
 
 __all__ = ["BAD_INPUT", "COMMANDS", "FAULT", "command_line", "exit_code_of", "interrupted", "main", "unheard", "usage"]
@@ -150,6 +151,7 @@ def command_line(more: Mapping[str, str] | None = None) -> App:
             json_dict=False,
             json_list=False,
             show_default=_shown,
+            converter=converted,
         ),
     )
     for number, (name, place) in enumerate({**COMMANDS, **(more or {})}.items()):

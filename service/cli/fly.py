@@ -13,7 +13,6 @@ from service.errors import RequestError
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
-    WHOLE,
     DemPath,
     Kind,
     Measure,
@@ -42,7 +41,7 @@ class MapOptions:
     """The ``morphing_map`` of a request, besides its anchors and its ceiling."""
 
     dop_limit: Annotated[float | None, option("Of the morphing map of these anchors. (default 2.5)", "NUMBER")] = None
-    min_anchors: Annotated[int | None, WHOLE, option("So many must be in sight there too.", "K")] = None
+    min_anchors: Annotated[int | None, option("So many must be in sight there too.", "K")] = None
     kind: Annotated[Kind | None, option("What is measured. (default ranging)")] = None
     measure: Annotated[Measure | None, option("Which dilution of precision. (default pdop)")] = None
     mode: Annotated[Mode | None, option("How its sight lines are calculated. (default fast)")] = None
@@ -60,7 +59,7 @@ class FlightOptions:
         float | None, option("What a metre of climb costs besides its way. (default 1)", "NUMBER")
     ] = None
     speed_m_per_s: Annotated[float | None, option("Of the drone. (default 12)", "M/S", "--speed")] = None
-    seed: Annotated[int | None, WHOLE, option("The same seed gives the same flight. (default 0)", "N")] = None
+    seed: Annotated[int | None, option("The same seed gives the same flight. (default 0)", "N")] = None
 
 
 @GROUP
@@ -68,7 +67,7 @@ class FlightOptions:
 class BudgetOptions:
     """The ``budget`` of a request."""
 
-    iterations: Annotated[int | None, WHOLE, option("Of the planner. (default 20000)", "N")] = None
+    iterations: Annotated[int | None, option("Of the planner. (default 20000)", "N")] = None
     seconds: Annotated[float | None, option("Its time-out. (default 60)", "S", "--time-limit")] = None
 
 

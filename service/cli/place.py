@@ -17,7 +17,6 @@ from service.errors import RequestError
 from .asking.doubts import TRUSTING, DoubtOptions
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
-    WHOLE,
     AnchorOptions,
     DemPath,
     Output,
@@ -42,7 +41,7 @@ def place(
     dem: DemPath,
     /,
     *,
-    count: Annotated[int | None, WHOLE, option("How many anchors to place; or give --reach.", "K")] = None,
+    count: Annotated[int | None, option("How many anchors to place; or give --reach.", "K")] = None,
     reach: Annotated[float | None, option("Place the fewest that reach this share, such as 0.95.", "SHARE")] = None,
     candidates: CandidateOptions = CandidateOptions(),
     goal: PlacementGoal = PlacementGoal(),
@@ -50,7 +49,7 @@ def place(
     rules: PlacementRules = PlacementRules(),
     link: LinkOptions = LinkOptions(),
     anchors: AnchorOptions = AnchorOptions(),
-    seed: Annotated[int, WHOLE, option("The same seed gives the same answer.", "N")] = 0,
+    seed: Annotated[int, option("The same seed gives the same answer.", "N")] = 0,
     time_limit: Annotated[
         float | None, option("After so many seconds take the best so far. Ctrl-C does as well.", "S")
     ] = None,

@@ -14,7 +14,6 @@ from service.errors import RequestError
 from .asking.ground import AreaOptions, Margin
 from .asking.options import (
     GROUP,
-    WHOLE,
     Curvature,
     DemPath,
     Output,
@@ -40,7 +39,7 @@ __all__ = ["sites"]
 class SiteOptions:
     """How many sites, how high they and receivers are, and what shall be seen: fields of the request."""
 
-    sites: Annotated[int | None, WHOLE, option("How many sites to name. (default 10)", "K", "--count")] = None
+    sites: Annotated[int | None, option("How many sites to name. (default 10)", "K", "--count")] = None
     site_above_ground_m: Annotated[
         float | None, option("Of a site's antenna above the ground, metres. (default 10)", "M", "--height")
     ] = None
@@ -50,7 +49,7 @@ class SiteOptions:
         float | None,
         option("Named sites are so far apart, metres. (default a tenth of the shorter side)", "M", "--separation"),
     ] = None
-    directions: Annotated[int | None, WHOLE, option("Rays from each post, a multiple of 4. (default 360)", "N")] = None
+    directions: Annotated[int | None, option("Rays from each post, a multiple of 4. (default 360)", "N")] = None
     target_area: Annotated[
         Path | None, option("Only what is in this GeoJSON polygon shall be seen.", "FILE", "--targets")
     ] = None

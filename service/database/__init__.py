@@ -70,7 +70,7 @@ class Connection(Protocol):
 
 
 class Database(Protocol):
-    """Tables of the store. Safe to use from any thread; one transaction at a time."""
+    """Tables of the store. Safe to use from any thread; one transaction writes at a time, and one reads beside it."""
 
     @property
     def size_bytes(self) -> int:

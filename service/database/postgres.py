@@ -1,4 +1,4 @@
-"""The store's tables in a database of PostgreSQL: one connection, one transaction at a time, one writer of all."""
+"""The store's tables in a database of PostgreSQL: a connection that writes, one writer of all, and one that reads."""
 
 from __future__ import annotations
 
@@ -88,6 +88,20 @@ class _Statements:
         return cursor
 
 
+class _Line:
+    """A connection once there is one, and whose turn it is to use it."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.connection: psycopg.Connection[Any] | None = None
+
+    def let_go(self) -> None:
+        """Close it."""
+        if self.connection is not None:
+            self.connection.close()
+            self.connection = None
+
+
 class PostgresDatabase:
     """A database of a PostgreSQL server, reached again when it was away.
 
@@ -107,8 +121,7 @@ class PostgresDatabase:
         self._psycopg = psycopg
         self._url = url
         self._folder = folder
-        self._lock = threading.Lock()
-        self._connection: psycopg.Connection[Any] | None = None
+        self._lines = {WRITE: _Line(), READ: _Line()}
         self._size_bytes = 0
         try:
             if as_it_is:
@@ -129,8 +142,9 @@ class PostgresDatabase:
 
     def close(self) -> None:
         """Let go of the server."""
-        with self._lock:
-            self._let_go()
+        for line in self._lines.values():
+            with line.lock:
+                line.let_go()
 
     def check_writable(self) -> None:
         """Raises what a write would; measures the database meanwhile."""
@@ -141,34 +155,35 @@ class PostgresDatabase:
     @contextmanager
     def transaction(self, begin: Begin = WRITE) -> Iterator[_Statements]:
         """All or nothing. One that writes waits until no other does, also of another program."""
-        with self._lock:
+        line = self._lines[begin]
+        with line.lock:
             try:
-                connection = self._begun(begin)
+                connection = self._begun(line, begin)
                 try:
                     yield _Statements(connection)
                     connection.execute("COMMIT")
                 finally:
                     self._roll_back(connection)
             except self._psycopg.Error as error:
-                told = self._told(error)
+                told = self._told(error, line)
                 if told is None:
                     raise
                 raise told from error
 
-    def _begun(self, begin: Begin) -> psycopg.Connection[Any]:
+    def _begun(self, line: _Line, begin: Begin) -> psycopg.Connection[Any]:
         words = BEGIN_TO_READ if begin == READ else BEGIN_TO_WRITE
-        if self._connection is not None and not self._connection.closed:
+        if line.connection is not None and not line.connection.closed:
             try:
-                self._connection.execute(words)
+                line.connection.execute(words)
             except self._psycopg.OperationalError:
-                if not self._connection.broken:
-                    self._roll_back(self._connection)
+                if not line.connection.broken:
+                    self._roll_back(line.connection)
                     raise
             else:
-                return self._connection
+                return line.connection
         # the server was started anew; nothing of this transaction was done yet
-        self._let_go()
-        self._connection = connection = self._connected()
+        line.let_go()
+        line.connection = connection = self._connected()
         connection.execute(words)
         return connection
 
@@ -221,12 +236,7 @@ class PostgresDatabase:
             with suppress(self._psycopg.OperationalError):  # then the server has done so itself
                 connection.execute("ROLLBACK")
 
-    def _let_go(self) -> None:
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
-
-    def _told(self, error: psycopg.Error) -> ServiceError | None:
+    def _told(self, error: psycopg.Error, line: _Line) -> ServiceError | None:
         """The error as one of ours, with its sentence; None when it is a fault of a statement."""
         errors = self._psycopg.errors
         why = " ".join(str(error).split())
@@ -235,7 +245,7 @@ class PostgresDatabase:
         if isinstance(error, errors.DiskFull):
             return StorageFullError("The job store in PostgreSQL cannot be written; make room on its disk.")
         gone = errors.UndefinedTable | errors.InsufficientPrivilege | errors.ReadOnlySqlTransaction
-        if isinstance(error, self._psycopg.OperationalError | gone) or self._connection is None:
+        if isinstance(error, self._psycopg.OperationalError | gone) or line.connection is None:
             return StoreServerError(f"The job store in PostgreSQL cannot be used: {why}.")
         return None
 

@@ -1,4 +1,4 @@
-"""The store's tables in a file of SQLite: one connection, every change one transaction."""
+"""The store's tables in a file of SQLite: one connection writes, every change one transaction, another reads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from service.database.migrations import SCHEMA_VERSION, migrate, version_of
 from service.errors import DataFolderError
 
-from . import WRITE, Begin
+from . import READ, WRITE, Begin
 
 __all__ = ["SqliteDatabase"]
 
@@ -24,16 +24,17 @@ class SqliteDatabase:
     """
 
     def __init__(self, path: Path) -> None:
-        self._lock = threading.Lock()
         self._path = path
         try:
-            self._connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
-            self._connection.row_factory = sqlite3.Row
-            self._connection.execute("PRAGMA busy_timeout = 5000")
-            self._connection.execute("PRAGMA journal_mode = WAL")
+            writing = _opened(path)
+            writing.execute("PRAGMA journal_mode = WAL")
             # an accepted job must outlive a power cut, not only a crash
-            self._connection.execute("PRAGMA synchronous = FULL")
-            self._prepare(path)
+            writing.execute("PRAGMA synchronous = FULL")
+            _prepare(writing, path)
+            # with one of its own, who reads waits for no disk that a change is being written to
+            reading = _opened(path)
+            reading.execute("PRAGMA query_only = ON")
+            self._lines = {WRITE: (threading.Lock(), writing), READ: (threading.Lock(), reading)}
             self._file = path.stat()
         except (sqlite3.DatabaseError, OSError) as error:
             locked = isinstance(error, sqlite3.OperationalError | OSError)  # or a right is missing: that is no damage
@@ -42,8 +43,9 @@ class SqliteDatabase:
 
     def close(self) -> None:
         """Close the file."""
-        with self._lock:
-            self._connection.close()
+        for lock, connection in reversed(self._lines.values()):  # the one that writes clears up, as the last
+            with lock:
+                connection.close()
 
     @property
     def size_bytes(self) -> int:
@@ -59,16 +61,17 @@ class SqliteDatabase:
     @contextmanager
     def transaction(self, begin: Begin = WRITE) -> Iterator[sqlite3.Connection]:
         """All or nothing, also for what others keep in the same file."""
-        with self._lock:
+        lock, connection = self._lines[begin]
+        with lock:
             self._check_in_place()
-            self._connection.execute(begin)
+            connection.execute(begin)
             try:
-                yield self._connection
-                self._connection.execute("COMMIT")
+                yield connection
+                connection.execute("COMMIT")
             finally:
                 # SQLite has rolled back by itself when the disk was full
-                if self._connection.in_transaction:
-                    self._connection.execute("ROLLBACK")
+                if connection.in_transaction:
+                    connection.execute("ROLLBACK")
 
     def _check_in_place(self) -> None:
         # of a file that was deleted SQLite reads and writes what is left, and all seems well but incomplete
@@ -82,13 +85,21 @@ class SqliteDatabase:
                 "folder back, or restart the service."
             )
 
-    def _prepare(self, path: Path) -> None:
-        version_of(self._connection, path)
-        # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
-        (told,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
-        if told != "ok":
-            raise DataFolderError(
-                f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
-                "backup in its place."
-            )
-        migrate(self._connection, path)
+
+def _opened(path: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
+    connection.row_factory = sqlite3.Row
+    connection.execute("PRAGMA busy_timeout = 5000")
+    return connection
+
+
+def _prepare(connection: sqlite3.Connection, path: Path) -> None:
+    version_of(connection, path)
+    # pages of two stores, where one was put back beside the other's write-ahead log, would be written on
+    (told,) = connection.execute("PRAGMA quick_check(1)").fetchone()
+    if told != "ok":
+        raise DataFolderError(
+            f"{path} is damaged ({' '.join(told.split())}) and left as it is; `sightline store restore` puts a "
+            "backup in its place."
+        )
+    migrate(connection, path)

@@ -9,7 +9,7 @@ import sqlite3
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ParamSpec, TypeVar
 
 from fastapi import Depends, Request
 
@@ -39,6 +39,8 @@ logger = logging.getLogger("sightline.http")
 
 STORE_CHECK_EVERY_S = 5.0
 TRIM_BYTES = 16 * 1024 * 1024
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 @dataclass(slots=True)
@@ -81,6 +83,10 @@ class Service:
         """The ground of a DEM for a detector, its heights mapped from the file. Raises NotFoundError, OSError."""
         self.store.dem(dem_id)
         return looked_at(load_grid(self.folder.dem(dem_id)))
+
+    async def look_up(self, work: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Read from the store beside whatever is written to it or to files; what was answered before is seen."""
+        return await asyncio.to_thread(work, *args, **kwargs)
 
     async def warm_up(self, then: Callable[[], Awaitable[object]]) -> None:
         """Call what detectors call, beside the first requests; ``warm`` then. then: what is made after that."""

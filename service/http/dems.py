@@ -157,7 +157,7 @@ async def upload_dem(
 @router.get("", summary="List DEMs", responses=problem_responses(422))
 async def list_dems(service: ServiceDep, turn: TurnDep) -> DemList:
     """DEMs, newest first. `next` leads to the page after."""
-    dems, total = await service.supervisor.in_store(service.store.dems, turn.limit + 1, turn.offset, turn.after)
+    dems, total = await service.look_up(service.store.dems, turn.limit + 1, turn.offset, turn.after)
     told = [DemOut.of(dem) for dem in dems[: turn.limit]]
     following = turn.cursor([dem.place for dem in dems])
     return DemList(dems=told, total=total, limit=turn.limit, offset=turn.offset, next=following)

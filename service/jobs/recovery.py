@@ -10,6 +10,7 @@ import logging
 import os
 import re
 import sqlite3
+import time
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
@@ -29,7 +30,7 @@ logger = logging.getLogger("sightline.jobs")
 NOTES = "notes"
 TABLES = {"dems": "dems", "results": "jobs"}
 # others come to the store in between
-AT_A_TIME = 20
+AT_A_TIME, AT_ONCE_S = 20, 0.005
 # of many that are missing, the log names some
 TOLD_ONE_BY_ONE = 20
 ID = re.compile(r"[0-9a-f]{32}")
@@ -55,11 +56,15 @@ def note_some(store: Store, folder: DataFolder, after: str) -> str | None:
 
     Those whose ids follow on ``after``; the last of them comes back, None when there are no more.
     """
-    some = store.succeeded(after, AT_A_TIME)
-    for job_id, digest in some:
+    last: str | None = None
+    until_s = time.monotonic() + AT_ONCE_S
+    for job_id, digest in store.succeeded(after, AT_A_TIME):
         if not (folder.result(digest) / NOTES / f"{job_id}.json").exists():
             note_job(store, folder, job_id, digest)
-    return some[-1][0] if some else None
+        last = job_id
+        if time.monotonic() >= until_s:
+            break
+    return last
 
 
 def adopt(store: Path, folders: Iterable[Path]) -> int:

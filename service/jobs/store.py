@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Set
@@ -42,6 +43,7 @@ class Store:
         self._database = SqliteDatabase(where) if isinstance(where, Path) else where
         # by tenant and kind; nobody else writes while the service has the store
         self._counts: Counter[tuple[str, str]] | None = None
+        self._changes_number = threading.Lock()
 
     def close(self) -> None:
         """Close the database."""
@@ -152,22 +154,24 @@ class Store:
         """
         mine, whose = seen()
         older, than = ("1 = 1", ()) if after is None else after.condition("created_at_s")
+        total = self._count(kind)
         with self._reading() as connection:
-            total = self._count(connection, kind)
             rows = connection.execute(
                 f"SELECT {SHORT} FROM jobs WHERE {mine} AND kind = ? AND {older} {NEWEST}",
                 (*whose, kind, *than, limit, offset),
             ).fetchall()
         return [job_of(row) for row in rows], total
 
-    def _count(self, connection: Connection, kind: str) -> int:
-        if self._counts is None:
-            rows = connection.execute("SELECT tenant, kind, count(*) FROM jobs GROUP BY tenant, kind").fetchall()
-            self._counts = Counter({(row[0], row[1]): row[2] for row in rows})
+    def _count(self, kind: str) -> int:
+        counts = self._counts
+        if counts is None:
+            with self._changes_number, self._reading() as connection:
+                rows = connection.execute("SELECT tenant, kind, count(*) FROM jobs GROUP BY tenant, kind").fetchall()
+                self._counts = counts = Counter({(row[0], row[1]): row[2] for row in rows})
         _, whose = seen()
         if whose:
-            return self._counts[whose[0], kind]
-        return sum(number for (_, of), number in self._counts.items() if of == kind)
+            return counts[whose[0], kind]
+        return sum(number for (_, of), number in list(counts.items()) if of == kind)
 
     def start_job(self, job_id: str) -> None:
         """A worker takes the job: one attempt more."""
@@ -267,7 +271,7 @@ class Store:
     def _changing_number(self) -> Iterator[Connection]:
         """A transaction that adds or removes jobs."""
         try:
-            with self._database.transaction() as connection:
+            with self._changes_number, self._database.transaction() as connection:
                 yield connection
         except BaseException:
             self._counts = None

@@ -5,9 +5,9 @@ from __future__ import annotations
 import resource
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
-from pydantic import Field, SecretStr, model_validator
+from pydantic import Field, SecretStr, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.logs import LogFormat
@@ -43,7 +43,7 @@ def _connections() -> int:
 class Settings(BaseSettings):
     """Each field is read from the environment as SIGHTLINE_<FIELD IN CAPITALS>; arguments given in Python win."""
 
-    model_config = SettingsConfigDict(env_prefix="SIGHTLINE_", frozen=True, extra="forbid")
+    model_config = SettingsConfigDict(env_prefix="SIGHTLINE_", frozen=True, extra="forbid", allow_inf_nan=False)
 
     host: str = Field(default="127.0.0.1", description="Address to listen on; loopback unless told otherwise.")
     port: int = Field(default=8000, ge=0, le=65535, description="TCP port; 0 picks a free one.")
@@ -263,6 +263,15 @@ class Settings(BaseSettings):
         le=MIB,
         description="Size of the body that opens a detector or asks for one detection, bytes.",
     )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _has_digits_alone(cls, value: object, info: ValidationInfo) -> object:
+        """Of the environment all is text, and pydantic would read 1_0 as 10."""
+        kind = cls.model_fields[str(info.field_name)].annotation
+        if isinstance(value, str) and "_" in value and {kind, *get_args(kind)} & {int, float}:
+            raise ValueError(f"{value[:40]!r} is not a number")
+        return value
 
     @model_validator(mode="after")
     def _names_its_cluster(self) -> Self:

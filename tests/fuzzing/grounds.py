@@ -51,9 +51,11 @@ def made_ids(server: Server, folder: Path, document: dict[str, Any]) -> dict[str
         ("morphing-maps", "MorphingMapIn"),
     ):
         example = schemas[name]["examples"][0]
-        made = server.client.post(f"/{kind}", json={**example, "dem_id": dems[0]}, headers={"Prefer": "wait=60"})
-        assert made.status_code == 201, made.text
-        ids["map_id"].append(made.json()["id"])
+        made = server.until_over(
+            server.client.post(f"/{kind}", json={**example, "dem_id": dems[0]}).headers["Location"]
+        )
+        assert made["status"] == "succeeded", made
+        ids["map_id"].append(made["id"])
     detector = schemas["DetectorIn"]["examples"][0]
     moved = [
         {**one, "east_m": WEST_M + one["east_m"], "north_m": NORTH_M - 600.0 + one["north_m"]}

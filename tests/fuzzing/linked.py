@@ -14,9 +14,11 @@ import itertools
 import math
 import random
 import re
+import signal
 import sys
 import tempfile
 import time
+import uuid
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,52 +36,69 @@ from service.http.app import create_app
 from service.products.registry import PRODUCTS
 from service.settings import Settings
 from tests.fuzzing.grounds import CHANGES, made_ids
-from tests.service.running import running
+from tests.service.running import Server, running
 
-__all__ = ["Asking", "asked", "main"]
+__all__ = ["Asking", "asked", "main", "one_of_each"]
 
 ID = re.compile(r"[0-9a-f]{32}")
 STEPS, SCENARIOS = 12, 40
 # longer than anything here takes
 PATIENCE_S = 60.0
-MAPS = ["/visibility-maps", "/dop-maps", "/morphing-maps"]  # as made_ids makes them
+LATEST = 3  # of what was made
+MOST_BYTES = 100_000  # of an answer that are looked through for ids
 LAYERS = {product.path: [layer.name for layer in product.layers] for product in PRODUCTS.values()}
 
 
 @dataclass(slots=True)
 class Asking:
-    """A service that is asked, what is there, and what came of it; failures: how often, by operation and words."""
+    """A service that is asked, what is there, and what came of it; failures: how often, by operation and words.
+
+    known: what is there from the beginning and stays, by the names that parameters have for it. told: ids of answers.
+    made: ids of what was asked for, by the path of all of its kind; the first of each stays.
+    """
 
     url: str
     document: dict[str, Any]
     known: dict[str, list[str]]
+    made: dict[str, list[str]]
     chance: random.Random
+    told: set[str]
     cases: int = 0
     statuses: Counter[int] = field(default_factory=Counter)
     operations: Counter[str] = field(default_factory=Counter)
+    answered: set[str] = field(default_factory=set)  # operations that something came of
     failures: Counter[str] = field(default_factory=Counter)
     examples: dict[str, str] = field(default_factory=dict)
 
     def make_real(self, case: schemathesis.Case) -> None:
         """Put what is there into a case, most of the time; ids that a link has put there stay."""
         label, rarely = case.operation.label, self.chance.random() < 0.2
+        deletes = case.method.upper() == "DELETE" and case.operation.path.endswith("}")
+        if deletes:  # what is asked about to the end has to be there to the end
+            kept = {*itertools.chain(*self.known.values()), *(ids[0] for ids in self.made.values())}
+            case.path_parameters |= {
+                name: uuid.UUID(int=self.chance.getrandbits(128)).hex
+                for name, given in case.path_parameters.items()
+                if given in kept
+            }
         if rarely:
             return
         if label == "POST /dems":
             if case.meta is None or case.meta.generation.mode.is_positive:
                 case.query, case.body = {"sample": "valley"}, NOT_SET
             return
-        path, deletes = case.operation.path.partition("/{")[0], case.method.upper() == "DELETE"
-        of_path = {"job_id": self.known["map_id"][MAPS.index(path)]} if path in MAPS else {}
+        path = case.operation.path.partition("/{")[0]
+        jobs = self.made.get(path, [])
+        jobs = [*jobs[:1], *jobs[-LATEST:]]
         for name, given in dict(case.path_parameters or {}).items():
             if name in ("layer", "name"):
                 case.path_parameters[name] = self.chance.choice(LAYERS.get(path, ["mission.json"]))
             elif name in ("level", "row", "col"):
                 case.path_parameters[name] = 0
-            elif not ID.fullmatch(str(given)) and not deletes:
-                known = [of_path[name]] if name in of_path else self.known.get(name, [given])
-                case.path_parameters[name] = self.chance.choice(known)
-        if "dem_id" in (case.query or {}) and not ID.fullmatch(str(case.query["dem_id"])):
+            elif given not in self.told and not deletes:
+                known = jobs if name == "job_id" else self.known.get(name)
+                case.path_parameters[name] = self.chance.choice(known or [given])
+        if "dem_id" in (case.query or {}) and case.query["dem_id"] not in self.told:
             case.query["dem_id"] = self.known["dem_id"][0]
         self._make_body_real(case)
 
@@ -88,7 +107,7 @@ class Asking:
         if not model or case.media_type != "application/json":
             return
         dem_id = case.body.get("dem_id") if isinstance(case.body, dict) else None
-        real = {"dem_id": dem_id if ID.fullmatch(str(dem_id)) else self.known["dem_id"][0]}
+        real = {"dem_id": dem_id if dem_id in self.told else self.known["dem_id"][0]}
         examples = model.get("examples", [])
         if examples and self.chance.random() < 0.5:
             case.body = {**self.chance.choice(examples), **CHANGES.get(name, {})}
@@ -105,6 +124,12 @@ class Asking:
         self.cases += 1
         self.statuses[response.status_code] += 1
         self.operations[case.operation.label] += 1
+        if response.status_code < 300:  # of what is not there, the id that was asked for is told
+            self.answered.add(case.operation.label)
+            self.told.update(ID.findall(response.content[:MOST_BYTES].decode("ascii", "replace")))
+            if case.method.upper() == "POST" and "location" in response.headers:
+                path, _, made = response.headers["location"][0].rpartition("/")
+                self.made.setdefault(path, []).append(made)
 
     def note(self, failed: Failure | FailureGroup, response: Response, case: schemathesis.Case) -> None:
         for one in failed.exceptions if isinstance(failed, FailureGroup) else (failed,):
@@ -112,6 +137,19 @@ class Asking:
             self.failures[words] += 1
             told = f"{one}\n  {case.as_curl_command()[:600]}\n  {response.status_code} {response.content[:400]!r}"
             self.examples.setdefault(words, told)
+
+
+def one_of_each(server: Server, document: dict[str, Any], known: dict[str, list[str]]) -> dict[str, list[str]]:
+    """The id of a job of each product by its path, asked for as the document's example does."""
+    made: dict[str, list[str]] = {}
+    for product in PRODUCTS.values():
+        name = product.asked.__name__
+        body = {**document["components"]["schemas"][name]["examples"][0], **CHANGES.get(name, {})}
+        body |= {"dem_id": known["dem_id"][0]} if "dem_id" in body else {}
+        job = server.until_over(server.client.post(product.path, json=body).headers["Location"])
+        assert job["status"] == "succeeded", job
+        made[product.path] = [job["id"]]
+    return made
 
 
 def asked(asking: Asking, cases: int, seed: int, seconds: float = math.inf) -> None:
@@ -173,17 +211,21 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=math.inf, help="ask no longer than about that")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a time-out, too, is told what came of it so far
     document, begun_s = create_app(Settings()).openapi(), time.monotonic()
     with tempfile.TemporaryDirectory() as place, running(Path(place) / "data", max_job_s=60, rehearse="maps") as server:
         known = made_ids(server, Path(place), document)
-        asking = Asking(server.url, document, known, random.Random(arguments.seed))
+        made = one_of_each(server, document, known)
+        told = {*itertools.chain(*known.values(), *made.values())}
+        asking = Asking(server.url, document, known, made, random.Random(arguments.seed), told)
         with contextlib.suppress(KeyboardInterrupt):  # who does not want to wait is told what came of it so far
             asked(asking, arguments.cases, arguments.seed, arguments.seconds)
     for words, times in asking.failures.most_common():
         print(f"{times} × {words}\n  {asking.examples[words]}")
     told = ", ".join(f"{times:,} × {status}" for status, times in sorted(asking.statuses.items()))
     print(
-        f"{asking.cases:,} cases of {len(asking.operations)} operations in {time.monotonic() - begun_s:.0f} s: {told}"
+        f"{asking.cases:,} cases of {len(asking.operations)} operations in {time.monotonic() - begun_s:.0f} s, "
+        f"{len(asking.answered)} of them with a 2xx: {told}"
     )
     print(f"{asking.failures.total()} failures")
     return 1 if asking.failures else 0

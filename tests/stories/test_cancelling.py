@@ -1,20 +1,17 @@
-"""DELETE at every stage of a job: waiting, running, finished; and the worker is free long before the job would end."""
+"""DELETE at every stage of a job: waiting, running, finished; one that runs is ended, and the next has its place."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Iterator
-from datetime import datetime
 from typing import Any
 
 import pytest
 
+from tests.service.processes import has_ended
 from tests.service.running import Server, running
 from tests.stories.grounds import long_job, short_job, upload_rough_ground
-
-# a moment, also on a busy machine; a long job takes minutes there
-FREE_WITHIN_S = 10.0
 
 
 @pytest.fixture(scope="module")
@@ -35,19 +32,20 @@ def posted(server: Server, request: dict[str, Any]) -> str:
     return str(answer.headers["Location"])
 
 
-def test_a_running_job_is_cancelled_and_the_next_one_runs_at_once(server: Server, dem: dict[str, Any]) -> None:
+def test_a_running_job_is_cancelled_and_the_next_one_has_its_place_before_it_is_done(
+    server: Server, dem: dict[str, Any]
+) -> None:
     running_job, waiting_job = posted(server, long_job(dem)), posted(server, short_job(dem))
     server.until(running_job, lambda job: job["progress"] > 0.0)
     assert server.client.get(waiting_job).json()["status"] == "queued"
     assert server.client.get("/health").json()["jobs"] == {"queued": 1, "running": 1}
+    workers = server.workers
     answer = server.client.delete(running_job)
-    assert answer.elapsed.total_seconds() < FREE_WITHIN_S
     assert (answer.status_code, answer.json()["status"]) == (200, "cancelled")
     assert answer.json()["problem"]["type"] == "/problems/cancelled"
-    followed = server.until_over(waiting_job)
-    assert followed["status"] == "succeeded"
-    freed_after = datetime.fromisoformat(followed["started_at"]) - datetime.fromisoformat(answer.json()["finished_at"])
-    assert freed_after.total_seconds() < FREE_WITHIN_S
+    assert server.until_over(waiting_job)["status"] == "succeeded"
+    # a worker that calculates to the end lives on and takes the next job; this one's was ended in the middle of it
+    assert sum(map(has_ended, workers)) == 1
     assert list((server.folder / "work").iterdir()) == []
 
 

@@ -13,7 +13,7 @@ from service.errors import RequestError
 
 from .cover import BARE, CoverOptions
 from .doubts import TRUSTING, DoubtOptions
-from .options import GROUP, WHOLE, RadioName, Reading, option, told
+from .options import GROUP, RadioName, Reading, option, told
 
 if TYPE_CHECKING:
     from detection import Calibration, DetectorSettings, RangeEpoch, RangingAnchor
@@ -35,7 +35,7 @@ NO_RADIOS: Mapping[str, RadioIn] = MappingProxyType({})
 class DetectorOptions:
     """Settings of the detector, as a session's request has them."""
 
-    dimension: Annotated[int | None, WHOLE, option("Whether heights matter. (default 3)", "2|3")] = None
+    dimension: Annotated[int | None, option("Whether heights matter. (default 3)", "2|3")] = None
     range_sigma_m: Annotated[
         float | None, option("One-sigma error of a range. (default 0.1)", "M", "--range-sigma")
     ] = None

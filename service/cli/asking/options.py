@@ -10,16 +10,15 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter, Token
+from cyclopts import Parameter
 
 from service.errors import RequestError
-from service.files.written import whole_number
 
 from .cover import BARE, CoverOptions
+from .numbers import ANY_NUMBER
 
 __all__ = [
     "GROUP",
-    "WHOLE",
     "AnchorOptions",
     "Curvature",
     "DemPath",
@@ -64,14 +63,6 @@ DemPath = Annotated[
 ]
 
 
-def _whole_number(kind: Any, tokens: Sequence[Token]) -> int:
-    """The converter's own would round 2.5."""
-    return whole_number(tokens[0].value)
-
-
-WHOLE = Parameter(converter=_whole_number)
-
-
 def option(help: str, metavar: str | None = None, name: str | None = None) -> Parameter:
     """What a field's option is told to be; without a name it is called as the field."""
     return Parameter(name=name, metavar=metavar, help=help)
@@ -107,13 +98,13 @@ def told(group: Any) -> dict[str, object]:
 class Reading:
     """How a DEM is read: what ``terrain.read_dem`` takes besides its file."""
 
-    nodata: Annotated[float | None, option("Value that marks unknown posts.", "NUMBER")] = None
+    nodata: Annotated[float | None, ANY_NUMBER, option("Value that marks unknown posts.", "NUMBER")] = None
     crs: Annotated[str | None, option("CRS of a DEM whose file names none: EPSG:32611, EPSG:6529+6360.", "CRS")] = None
     height_unit: Annotated[
         Literal["m", "ft", "us-ft", "dm", "cm", "mm", "km"] | None,
         option("Unit of the heights, in place of what the file says."),
     ] = None
-    band: Annotated[int | None, WHOLE, option("Band that holds the heights. (default 1)", "N")] = None
+    band: Annotated[int | None, option("Band that holds the heights. (default 1)", "N")] = None
     cell_m: Annotated[float | None, option("Metres between posts, for files that do not tell.", "M")] = None
     resolution_m: Annotated[
         float | None,
@@ -251,7 +242,7 @@ class PositioningOptions:
     kind: Annotated[Kind, option("Ranges; ranges with an unknown clock; differences of arrival.")] = "ranging"
     measure: Annotated[Measure, option("Which dilution of precision.")] = "pdop"
     dop_limit: Annotated[float, option("From this dilution on it is not good enough.", "NUMBER")] = 2.5
-    min_anchors: Annotated[
-        int | None, WHOLE, option("So many must be in sight as well. (default what a fix needs)", "K")
-    ] = None
+    min_anchors: Annotated[int | None, option("So many must be in sight as well. (default what a fix needs)", "K")] = (
+        None
+    )
     receiver_above_ground_m: ReceiverHeight = None

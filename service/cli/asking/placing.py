@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from service.errors import RequestError
 
-from .options import GROUP, WHOLE, Kind, Measure, RadioName, ReceiverHeight, option, told
+from .options import GROUP, Kind, Measure, RadioName, ReceiverHeight, option, told
 
 __all__ = [
     "CandidateOptions",
@@ -28,7 +28,6 @@ class GoalOptions:
 
     min_anchors: Annotated[
         int | None,
-        WHOLE,
         option("So many anchors must be in sight. (default what a fix needs; for coverage 4)", "K"),
     ] = None
     dop_limit: Annotated[float, option("A dilution below this is good enough.", "NUMBER")] = 5.0
@@ -69,7 +68,7 @@ class CandidateOptions:
         tuple[str, ...], option("Of lattice and best sites: 120agl or 900msl. Repeatable.", "HEIGHT")
     ] = ()
     best_sites: Annotated[
-        int | None, WHOLE, option("So many posts that see most of the targets, for each --height above ground.", "N")
+        int | None, option("So many posts that see most of the targets, for each --height above ground.", "N")
     ] = None
     where: Annotated[
         Path | None, option("GeoJSON polygon of the lattice or the best sites; default the area, or the DEM.", "FILE")
@@ -121,7 +120,7 @@ class PlacementGoal(GoalOptions):
             "--surface; with --reach coverage)"
         ),
     ] = None
-    spare: Annotated[int, WHOLE, option("So many anchors may be lost, 0 or 1.", "N")] = 0
+    spare: Annotated[int, option("So many anchors may be lost, 0 or 1.", "N")] = 0
     ranging_sigma_m: Annotated[
         float | None,
         option(
@@ -194,7 +193,7 @@ class LinkOptions:
 
     base: Annotated[tuple[str, ...], option("Base that every anchor must see. Repeatable.", "EAST,NORTH,HEIGHT")] = ()
     max_range_m: Annotated[float | None, option("Longest link to a base or relay.", "M", "--link-range")] = None
-    relays: Annotated[int, WHOLE, option("So many other anchors may relay the link.", "N")] = 0
+    relays: Annotated[int, option("So many other anchors may relay the link.", "N")] = 0
     radio: Annotated[
         RadioName | None, option("The link's radio: its signal decides, in place of sight.", "NAME", "--link-radio")
     ] = None

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from service.errors import RequestError
 
-from .options import GROUP, WHOLE, Curvature, Kind, Measure, Mode, Unknown, option, told
+from .options import GROUP, Curvature, Kind, Measure, Mode, Unknown, option, told
 
 __all__ = ["BudgetOptions", "LimitOptions", "RestOptions", "RoverOptions", "WayOptions"]
 
@@ -80,7 +80,7 @@ class RoverOptions:
 class LimitOptions:
     """The ``limits`` of a request."""
 
-    min_anchors: Annotated[int | None, WHOLE, option("At least so many in sight everywhere.", "K")] = None
+    min_anchors: Annotated[int | None, option("At least so many in sight everywhere.", "K")] = None
     dop_limit: Annotated[float | None, option("The dilution of precision stays below it.", "NUMBER")] = None
     kind: Annotated[Kind | None, option("What is measured. (default ranging)")] = None
     measure: Annotated[Measure | None, option("Which dilution of precision. (default pdop)")] = None
@@ -96,9 +96,7 @@ class LimitOptions:
 class BudgetOptions:
     """The ``budget`` of a request."""
 
-    iterations: Annotated[int | None, WHOLE, option("Of the sampling planner, which betters the grid's way.", "N")] = (
-        None
-    )
+    iterations: Annotated[int | None, option("Of the sampling planner, which betters the grid's way.", "N")] = None
     no_sampling: Annotated[bool, option("Take the grid's way: sooner, and a little dearer.")] = False
     seconds: Annotated[float | None, option("Time-out of the plan. (default 60)", "S", "--time-limit")] = None
 
@@ -125,9 +123,9 @@ class RestOptions:
     ] = None
     arrive_by_s: Annotated[float | None, option("With --leave-by: it has to be there.", "S", "--arrive-by")] = None
     alternatives: Annotated[
-        int | None, WHOLE, option("So many other ways besides that differ, with what each is worth; 1 to 8.", "K")
+        int | None, option("So many other ways besides that differ, with what each is worth; 1 to 8.", "K")
     ] = None
-    seed: Annotated[int | None, WHOLE, option("The same seed gives the same path. (default 0)", "N")] = None
+    seed: Annotated[int | None, option("The same seed gives the same path. (default 0)", "N")] = None
     mode: Annotated[Mode | None, option("How maps of sight are made. (default exact)")] = None
     unknown: Annotated[Unknown | None, option("What a line over unknown ground is.")] = None
     curvature: Annotated[Curvature | None, option("auto: as the DEM's CRS implies; flat: none.")] = None

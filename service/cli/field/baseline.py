@@ -10,7 +10,7 @@ from rich.table import Table
 
 from service.errors import RequestError
 
-from ..asking.options import WHOLE, Output, Reading, option
+from ..asking.options import Output, Reading, option
 from ..asking.texts import numbers_of
 from ..output import facts_table, leaving_nothing_new, output_folder, print_json, print_tables, print_warnings
 
@@ -36,7 +36,7 @@ def baseline(
         str | None, option("Where the base's antenna is; height above the ellipsoid.", "LON,LAT,HEIGHT")
     ] = None,
     still: Annotated[bool, option("The rover stands; else it drives.")] = False,
-    frequencies: Annotated[int, WHOLE, option("1 or 2.", "N")] = 1,
+    frequencies: Annotated[int, option("1 or 2.", "N")] = 1,
     ambiguities: Annotated[
         Literal["continuous", "instantaneous", "fix-and-hold", "none"], option("How whole cycles are sought and kept.")
     ] = "continuous",

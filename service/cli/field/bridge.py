@@ -16,7 +16,7 @@ from service.errors import RequestError
 
 from ..asking.detectors import DetectorOptions, MapOptions
 from ..asking.doubts import TRUSTING
-from ..asking.options import GROUP, WHOLE, option
+from ..asking.options import GROUP, option
 
 if TYPE_CHECKING:
     from detection import RangingAnchor
@@ -63,8 +63,8 @@ class MavlinkOptions:
     beacons: Annotated[bool, option("Set BCN_LATITUDE, _LONGITUDE, _ALT and _ORIENT_YAW of ArduPilot.")] = False
     origin: Annotated[bool, option("Send SET_GPS_GLOBAL_ORIGIN, from which positions then count.")] = False
     targets: Annotated[bool, option("Send the anchors as ADSB_VEHICLE, once a second.")] = False
-    vehicle: Annotated[int, WHOLE, option("MAVLink system of the vehicle.", "N")] = 1
-    component: Annotated[int, WHOLE, option("As which component of it we speak.", "N")] = 197
+    vehicle: Annotated[int, option("MAVLink system of the vehicle.", "N")] = 1
+    component: Annotated[int, option("As which component of it we speak.", "N")] = 197
     beacon: Annotated[tuple[str, ...], option("The number of a beacon that is an anchor. Repeatable.", "N=ID")] = ()
     drone: Annotated[
         tuple[str, ...], option("The system of a drone that carries an anchor. Repeatable.", "SYSTEM=ID")

@@ -11,7 +11,6 @@ from rich.table import Table
 from ..asking.ground import AreaOptions, Margin
 from ..asking.options import (
     GROUP,
-    WHOLE,
     AnchorOptions,
     Curvature,
     DemPath,
@@ -56,7 +55,7 @@ class ProtectionOptions:
         float | None,
         option("Sets of wrong ranges less likely than that are not looked at. (default 1e-6)", "PROBABILITY"),
     ] = None
-    most_faults: Annotated[int | None, WHOLE, option("Wrong ranges at once, at most. (default 3)", "N")] = None
+    most_faults: Annotated[int | None, option("Wrong ranges at once, at most. (default 3)", "N")] = None
     fault: Annotated[
         float | None, option("That the range of an anchor in sight is wrong. (default 1e-3)", "PROBABILITY")
     ] = None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from ..asking.options import GROUP, WHOLE, option, told
+from ..asking.options import GROUP, option, told
 
 __all__ = ["serve", "warm_up"]
 
@@ -18,13 +18,13 @@ class ServiceOptions:
     """Settings of the service that have options; what is not given the environment and the defaults say."""
 
     host: Annotated[str | None, option("Address to listen on. (default 127.0.0.1)")] = None
-    port: Annotated[int | None, WHOLE, option("Port; 0 picks a free one. (default 8000)")] = None
+    port: Annotated[int | None, option("Port; 0 picks a free one. (default 8000)")] = None
     data_folder: Annotated[Path | None, option("Folder for DEMs, jobs and results.", "DIR", "--data")] = None
     insecure: Annotated[bool | None, option("Listen off loopback without keys, for everybody who reaches it.")] = None
     scheduler: Annotated[
         str | None, option("Calculate every job on the Dask cluster of this scheduler, tcp://HOST:8786.", "ADDRESS")
     ] = None
-    workers: Annotated[int | None, WHOLE, option("Calculations at the same time. (default one per core)")] = None
+    workers: Annotated[int | None, option("Calculations at the same time. (default one per core)")] = None
 
 
 def serve(*, options: ServiceOptions = ServiceOptions()) -> None:

@@ -1,4 +1,7 @@
-"""Nothing in a query is passed over: a parameter that the route does not know, or that is said twice, is refused."""
+"""Nothing in a query is passed over: a parameter that the route does not know, or that is said twice, is refused.
+
+Numbers in queries and paths have digits alone: Python and pydantic read 1_0 as 10.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +23,12 @@ NUMBERS = (int, float, int | None, float | None)
 
 async def refuse_unknown(connection: HTTPConnection) -> None:
     """Hold the query against what the route declares: a dependency of every route. Raises NotValidError."""
+    route: APIRoute | APIWebSocketRoute = connection.scope["route"]
+    for field in route.dependant.path_params:
+        _refuse_no_number("path", field.alias, connection.path_params[field.alias], field.field_info.annotation)
     asked = Counter(name for name, _ in connection.query_params.multi_items())
     if not asked:
         return
-    route: APIRoute | APIWebSocketRoute = connection.scope["route"]
     known = _declared(route.dependant)
     unknown = [name[:40] for name in asked if name not in known]
     if unknown:
@@ -32,13 +37,17 @@ async def refuse_unknown(connection: HTTPConnection) -> None:
         errors = [{"field": name, "detail": "is not a parameter of the query"} for name in unknown[:MOST_FIELDS]]
         raise NotValidError(f"{named} in the query is not known here, {takes}.", errors)
     for name, value in connection.query_params.multi_items():
-        if "_" in value and known[name] in NUMBERS:  # Python and pydantic read 1_0 as 10
-            errors = [{"field": name, "detail": "is not a number"}]
-            raise NotValidError(f"The query has {name} {value[:40]!r}, which is not a number.", errors)
+        _refuse_no_number("query", name, value, known[name])
     twice = [name for name, times in asked.items() if times > 1 and not _is_list(known[name])]
     if twice:
         errors = [{"field": name, "detail": "is there more than once"} for name in twice]
         raise NotValidError(f"The query has {twice[0]!r} {asked[twice[0]]:,} times; give it once.", errors)
+
+
+def _refuse_no_number(where: str, name: str, value: str, kind: object) -> None:
+    if "_" in value and kind in NUMBERS:
+        errors = [{"field": name, "detail": "is not a number"}]
+        raise NotValidError(f"The {where} has {name} {value[:40]!r}, which is not a number.", errors)
 
 
 def _declared(dependant: Dependant) -> dict[str, object]:

@@ -92,7 +92,7 @@ async def add_mission(request: Request, service: ServiceDep, by: By = None, vers
 async def list_missions(service: ServiceDep, turn: TurnDep) -> MissionList:
     """Missions without their documents, last saved first. `next` leads to the page after."""
     asked = (turn.limit + 1, turn.offset, turn.after)
-    missions, total = await service.supervisor.in_store(service.missions.missions, *asked)
+    missions, total = await service.look_up(service.missions.missions, *asked)
     told = [MissionSummary.of(one) for one in missions[: turn.limit]]
     following = turn.cursor([one.place for one in missions])
     return MissionList(missions=told, total=total, limit=turn.limit, offset=turn.offset, next=following)
@@ -152,7 +152,7 @@ async def delete_mission(mission_id: str, service: ServiceDep, if_match: IfMatch
 async def list_versions(mission_id: str, service: ServiceDep, turn: TurnDep) -> VersionList:
     """Newest first. Those with names stay for good; of the others, older ones make room for newer ones."""
     asked = (mission_id, turn.limit + 1, turn.offset, turn.after)
-    versions, total = await service.supervisor.in_store(service.missions.versions, *asked)
+    versions, total = await service.look_up(service.missions.versions, *asked)
     told = [VersionOut.of(mission_id, one) for one in versions[: turn.limit]]
     following = turn.cursor([Place(one.version, mission_id) for one in versions])
     return VersionList(versions=told, total=total, limit=turn.limit, offset=turn.offset, next=following)

@@ -136,7 +136,7 @@ def _add_following(router: APIRouter, product: Product) -> None:
     )
     async def list_all(service: ServiceDep, turn: TurnDep) -> Response:
         asked = (product.name, turn.limit + 1, turn.offset, turn.after)
-        jobs, total = await service.supervisor.in_store(service.store.jobs, *asked)
+        jobs, total = await service.look_up(service.store.jobs, *asked)
         following = turn.cursor([job.place for job in jobs])
         entries = {many: [state_of(service, job) for job in jobs[: turn.limit]]}
         page = list_model(product).model_construct(

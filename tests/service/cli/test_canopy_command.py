@@ -172,7 +172,12 @@ def test_davos_is_explained_by_a_density_on_the_half_it_was_not_fitted_to(sightl
         ("power_dbm,anchor_id,east_m,north_m", "-80,D1,0,0", [], "the ground and the anchors with their radio"),
         ("loss_db,elevation_deg", "4,40", ["--sectors", "4", "--rings", "ten"], "--rings takes ascending degrees"),
         ("loss_db,elevation_deg", "4,40", ["--sectors", "-1"], "needs both rings and sectors"),
-        ("loss_db,elevation_deg", "4,40", ["--receiver-height", "nan"], "must be a finite number of metres"),
+        (
+            "loss_db,elevation_deg",
+            "4,40",
+            ["--receiver-height", "nan"],
+            "Invalid value for '--receiver-height': 'nan' is no number",
+        ),
         ("loss_db,elevation_deg", "4,40", ["--below", "A"], "go with a .nc of gnssvod"),
         ("loss_db,elevation_deg", "4,40", ["--rings", "10,50"], "--rings needs --sectors N"),
         ("loss_db,elevation_deg", "4,40", ["--radio", "uwb"], "go with a log of power_dbm"),

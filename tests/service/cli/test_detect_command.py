@@ -197,7 +197,7 @@ BAD_LINES = [
     (["--anchors", "missing.csv"], "cannot be read"),
     ([*TEXTS, "--tolerance", "0"], "--tolerance must be a number > 0"),
     ([*TEXTS, "--tolerance", "-1"], "--tolerance must be a number > 0"),
-    ([*TEXTS, "--range-sigma", "nan"], "--range-sigma: Input should be a finite number"),
+    ([*TEXTS, "--range-sigma", "nan"], "Invalid value for '--range-sigma': 'nan' is no number"),
     ([*TEXTS, "--dimension", "4"], "dimension: Input should be 2 or 3"),
     ([*TEXTS, "--epoch", "-1"], "--epoch must be a number of seconds"),
     ([*TEXTS, "--set", "colour=red"], "--set 'colour=red' is not of the form NAME=VALUE"),

@@ -92,12 +92,12 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize(("command", "option"), NUMBERS, ids=[f"{one} {two}" for one, two in NUMBERS])
-def test_an_option_that_is_no_number_is_told_by_its_name(sightline, dem_file, command, option):
+def test_an_option_with_a_number_that_cannot_be_is_told_by_its_name(sightline, dem_file, command, option):
     assert set(BASE) <= set(COMMANDS)
     trees = dict.fromkeys(("--canopy-base", "--canopy-density", "--canopy-season"), ("--canopy-height", 5))
     more = {"--link-range": ("--base", f"{AT},10agl"), **trees}.get(option, ())
     base = [word for word in BASE[command] if option != "--reach" or word not in ("--count", 2)]
-    ended = sightline(command, dem_file, *base, *more, option, "nan")
+    ended = sightline(command, dem_file, *base, *more, option, "-1e300")
     assert (ended.code, ended.stdout) == (2, ""), ended
     assert option in ended.stderr
     # no field of a request; ids and words of the sentence have no underscore

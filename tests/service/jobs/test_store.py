@@ -149,6 +149,24 @@ def test_how_many_there_are_is_told_after_every_change(store: Store) -> None:
     assert store.jobs(MAPS, 1)[1] == 1
 
 
+def test_who_reads_waits_for_no_change_and_sees_what_was_there_before_it(store: Store) -> None:
+    store.add_job(queued("j1"))
+    read = list[tuple[list[str], int]]()
+
+    def look() -> None:
+        jobs, total = store.jobs(MAPS, 10)
+        read.append(([job.id for job in jobs], total))
+
+    looking = threading.Thread(target=look, daemon=True)
+    with store.transaction() as connection:
+        connection.execute("UPDATE jobs SET id = 'j2'")
+        looking.start()
+        looking.join(30.0)
+        assert read == [(["j1"], 1)]
+    look()
+    assert read[1:] == [(["j2"], 1)]
+
+
 def test_threads_do_not_get_in_each_others_way(store: Store) -> None:
     def add(start: int) -> None:
         for number in range(start, start + 20):

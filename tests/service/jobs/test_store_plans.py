@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from service.database import READ, WRITE
 from service.jobs.records import DemRecord, JobRecord, JobStatus
 from service.jobs.store import Store
 
@@ -29,9 +30,10 @@ def test_few_jobs_are_looked_at_and_nothing_is_sorted(what: str, tmp_path: Path)
         store.add_job(JobRecord(f"j{number}", "visibility-map", "d1", {}, JobStatus.QUEUED, float(number)))
         store.finish_job(f"j{number}", JobStatus.SUCCEEDED, digest=f"r{number}")
     statements: list[str] = []
-    with store.transaction("BEGIN") as connection:
-        assert isinstance(connection, sqlite3.Connection)
-        connection.set_trace_callback(statements.append)
+    for begin in (READ, WRITE):
+        with store.transaction(begin) as connection:
+            assert isinstance(connection, sqlite3.Connection)
+            connection.set_trace_callback(statements.append)
     ask(store)
     store.close()
     with closing(sqlite3.connect(path)) as connection:

@@ -51,12 +51,15 @@ def test_a_parameter_that_is_there_twice_is_refused_unless_it_is_a_list(server: 
     assert server.client.post("/range-logs", params=query, content=log).status_code == 200
 
 
-def test_a_number_of_a_query_has_digits_alone(server: Server) -> None:
+def test_a_number_of_a_query_or_path_has_digits_alone(server: Server) -> None:
     answer = server.client.get("/dems", params={"limit": "1_0"})
     assert answer.status_code == 422
     assert answer.json()["detail"] == "The query has limit '1_0', which is not a number."
     assert answer.json()["errors"] == [{"field": "limit", "detail": "is not a number"}]
     assert server.client.get("/dems", params={"limit": "10"}).status_code == 200
+    answer = server.client.get(f"/visibility-maps/{NOBODY}/tiles/visible.tif/0/1_0/0")
+    assert answer.status_code == 422
+    assert answer.json()["detail"] == "The path has row '1_0', which is not a number."
 
 
 @pytest.mark.parametrize(
