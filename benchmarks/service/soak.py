@@ -197,7 +197,8 @@ def _layer(server: Server, job: dict[str, Any]) -> bytes:
     while (answer := server.client.get(job["layers"][0]["href"])).status_code == 503:
         assert time.monotonic() < deadline_s, answer.text
         time.sleep(0.1)
-    return answer.raise_for_status().content
+    assert answer.is_success, "\n".join([answer.text, *server.said[-40:]])
+    return answer.content
 
 
 def _half(folder: Path) -> tuple[str, ...]:

@@ -102,7 +102,7 @@ class Stop(TypedDict):
 
 @final
 class Ready(TypedDict):
-    """The worker is warm."""
+    """The worker is warm; later, that it has taken an order up."""
 
     ready: Literal[True]
 

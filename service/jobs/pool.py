@@ -15,7 +15,7 @@ from service.settings import Settings
 from .channel import Order
 from .cluster.here import Cluster
 from .folder import DataFolder
-from .process import TaskFailed, WorkerDied, WorkerProcess
+from .process import NeverBegan, TaskFailed, WorkerDied, WorkerProcess
 from .sharing.turns import Turns
 
 __all__ = ["Lane", "WorkerPool"]
@@ -131,7 +131,8 @@ class WorkerPool:
 
         salt: of the tenant that it is for. client: with whom it takes turns.
         token: names the work folder; whoever gives one takes the folder over when all went well.
-        Raises TaskFailed, WorkerDied, TimeLimitError, and JobInterruptedError when no process gets warm.
+        on_start: called when a process is at it. Raises TaskFailed, WorkerDied, TimeLimitError, and
+        JobInterruptedError when no process gets warm.
         """
         self._waiting[lane] += 1
         try:
@@ -170,13 +171,26 @@ class WorkerPool:
         order = Order(task=task, token=token, salt=salt, memory_bytes=memory_bytes, arguments=dict(arguments))
         if lane is Lane.CALCULATIONS and self._cluster is not None:
             return await self._cluster.run(order, self._limits_s[lane], on_start, on_progress)
-        worker = await self._take_idle()
+        for _ in range(self._size + 1):
+            try:
+                return await self._done_by(await self._take_idle(), lane, order, on_start, on_progress)
+            except NeverBegan as died:  # it was killed while it stood by, and nobody had noticed yet
+                logger.warning("task %s: a worker that stood by had ended with %s", task, died)
+        raise WorkerDied("the loss of all that stood by")
+
+    async def _done_by(
+        self,
+        worker: WorkerProcess,
+        lane: Lane,
+        order: Order,
+        on_start: Callable[[], Awaitable[None]] | None,
+        on_progress: Callable[[float], None] | None,
+    ) -> Mapping[str, object]:
+        token = order["token"]
         try:
-            if on_start is not None:
-                await on_start()
             self._at_work[token] = worker
             async with asyncio.timeout(self._limits_s[lane]):
-                result = await worker.do(order, on_progress)
+                result = await worker.do(order, on_progress, on_start)
         except TaskFailed:
             await self._give_back(worker)
             raise
@@ -186,7 +200,7 @@ class WorkerPool:
             await asyncio.shield(asyncio.to_thread(self._folder.remove, self._folder.work(token)))
             if isinstance(error, TimeoutError):
                 raise TimeLimitError(
-                    f"The {task} task took longer than {self._limits_s[lane]:g} s "
+                    f"The {order['task']} task took longer than {self._limits_s[lane]:g} s "
                     f"(setting {SETTINGS[lane]}); ask for less at once, or raise the limit."
                 ) from error
             raise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +15,7 @@ from service.settings import Settings
 from .channel import MAX_LINE_BYTES, FromWorker, Order, Start, Stop, ToWorker, decode, encode
 from .records import Failure
 
-__all__ = ["TaskFailed", "WorkerDied", "WorkerProcess", "to_its_end"]
+__all__ = ["NeverBegan", "TaskFailed", "WorkerDied", "WorkerProcess", "to_its_end"]
 
 PACKAGE_ROOT = Path(__file__).parents[2]
 
@@ -35,6 +35,10 @@ class WorkerDied(Exception):  # noqa: N818 - an outcome
         if isinstance(ended, int) and ended < 0:
             ended = f"signal {-ended}"
         super().__init__(ended if isinstance(ended, str) else f"exit code {ended}")
+
+
+class NeverBegan(WorkerDied):
+    """It had ended before it took the task up, which is not to blame."""
 
 
 class WorkerProcess:
@@ -87,9 +91,23 @@ class WorkerProcess:
         """Wait until the process is no more."""
         await self._process.wait()
 
-    async def do(self, order: Order, on_progress: Callable[[float], None] | None = None) -> Mapping[str, object]:
-        """Do one task; raises TaskFailed and WorkerDied. When cancelled, the process is of no more use: kill it."""
-        await self._say(order)
+    async def do(
+        self,
+        order: Order,
+        on_progress: Callable[[float], None] | None = None,
+        on_begun: Callable[[], Awaitable[None]] | None = None,
+    ) -> Mapping[str, object]:
+        """Do one task; raises TaskFailed, WorkerDied and NeverBegan.
+
+        When cancelled, the process is of no more use: kill it. on_begun: called as soon as the process is at it.
+        """
+        try:
+            await self._say(order)
+            await self._hear()  # that it has begun
+        except WorkerDied as died:
+            raise NeverBegan(str(died)) from died
+        if on_begun is not None:
+            await on_begun()
         while True:
             message = await self._hear()
             if "progress" in message:

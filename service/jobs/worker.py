@@ -80,6 +80,7 @@ def main() -> None:
     tasks = tasks_for(products)
     while True:
         order = orders.get()
+        _tell(answers, Ready(ready=True))
         token, progress = order["token"], _Progress(answers)
         work = folder.work(token)
         context = TaskContext(settings, products, folder, work, progress, partial(_has, stopped, token), order["salt"])
