@@ -16,7 +16,7 @@ import random
 import signal
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -112,7 +112,10 @@ def use(place: Path, map_count: int, epoch_count: int) -> Iterator[tuple[str, in
     with running(place / "use", workers=1, spare_workers=0, rehearse="maps", access_log=False, **kept) as server:
         dem = ground(server, place)
         session = server.client.post("/detectors", json={"anchors": ANCHORS}).headers["Location"]
-        asks = {"maps": (maps, dem, map_count), "epochs": (epochs, session, epoch_count)}
+        asks: dict[str, tuple[Callable[[Server, Any, range], None], Any, int]] = {
+            "maps": (maps, dem, map_count),
+            "epochs": (epochs, session, epoch_count),
+        }
         for what, (ask, of, count) in asks.items():
             if not count:
                 continue
