@@ -13,6 +13,7 @@ from planning.errors import NoCoverageError, PathProblemError, PlaceError
 from planning.paths.outcomes import PathOutcome, PathStatus
 from planning.paths.planning import plan_path
 from planning.questions.problems import PathProblem
+from planning.words import time_words
 
 __all__ = ["Departure", "Departures", "plan_departures"]
 
@@ -119,8 +120,11 @@ def _sentence(tried: list[Departure], best: Departure | None, arrive_by_s: float
     tries = f"{len(tried)} departure{'' if len(tried) == 1 else 's'}"
     late = [one.arrival_s for one in tried if math.isfinite(one.arrival_s) and not one.in_time]
     if best is not None:
-        least = f"costs least of those that arrive by {arrive_by_s:g} s" if late else "costs least"
-        return f"Of {tries} the one at {best.departure_s:g} s {least}; it arrives at {best.arrival_s:,.0f} s."
+        least = f"costs least of those that arrive by {time_words(arrive_by_s)}" if late else "costs least"
+        return (
+            f"Of {tries} the one at {time_words(best.departure_s)} {least}; it arrives at {time_words(best.arrival_s)}."
+        )
     if late:
-        return f"At none of {tries} does a path arrive by {arrive_by_s:g} s; the soonest arrives at {min(late):,.0f} s."
+        soonest = time_words(min(late))
+        return f"At none of {tries} does a path arrive by {time_words(arrive_by_s)}; the soonest arrives at {soonest}."
     return f"At none of {tries} was a path found: {tried[-1].why}"

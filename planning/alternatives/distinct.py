@@ -24,6 +24,7 @@ from planning.paths.sight_maps import sight_maps
 from planning.questions.models import CostWeights
 from planning.questions.problems import PathProblem
 from planning.validation import PathValidation, validate_path
+from planning.words import more_or_less, time_words
 
 __all__ = ["Alternative", "Alternatives", "alternatives_to"]
 
@@ -228,9 +229,10 @@ def _worth(path: Path, first: Path, ranged: bool) -> str:
     """What a path is worth beside the first, in words."""
     here, there = path.totals, first.totals
     told = [f"{here.length_m:,.0f} m ({here.length_m / there.length_m - 1.0:+.0%})"]
-    told.append(f"{here.time_s:,.0f} s ({here.time_s - there.time_s:+,.0f} s)")
+    told.append(f"{time_words(here.time_s)} ({more_or_less(here.time_s - there.time_s)})")
     if ranged:
-        told.append(f"{here.out_of_sight_s:,.0f} s out of sight ({here.out_of_sight_s - there.out_of_sight_s:+,.0f} s)")
+        more_s = here.out_of_sight_s - there.out_of_sight_s
+        told.append(f"{time_words(here.out_of_sight_s)} out of sight ({more_or_less(more_s)})")
         change_m = here.mean_position_sigma_m - there.mean_position_sigma_m
         told.append(f"position error {here.mean_position_sigma_m:.2f} m ({change_m:+.2f} m)")
     return ", ".join(told)

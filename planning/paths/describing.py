@@ -13,6 +13,7 @@ import numpy.typing as npt
 from planning.kernels.path_fields import clearances
 from planning.questions.problems import PathProblem
 from planning.validation import PathValidation
+from planning.words import time_words
 from terrain import ElevationGrid, height_at, told_place
 from terrain.version import VERSION
 from visibility.dilution import surface_normals
@@ -178,7 +179,7 @@ class Endings:
     ) -> PathOutcome:
         """A path that the validator passed; completed: not ended by the clock or a request."""
         self.told(1.0)
-        sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {path.totals.time_s:,.0f} s."
+        sentence = f"A path of {path.totals.length_m:,.0f} m was found that takes {time_words(path.totals.time_s)}."
         return replace(
             self.answer(PathStatus.FOUND, sentence, planner, "count" if completed else self.ended_by),
             path=path,

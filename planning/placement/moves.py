@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from planning.errors import PlacementError
+from planning.words import time_words
 from visibility import Anchor
 
 from .goals import Goal
@@ -81,7 +82,7 @@ class Move:
     def words(self) -> str:
         """Who flies how far, how long and where to: the beginning of a sentence."""
         return (
-            f"{self.anchor.id} flies {self.flight_m:.0f} m in {self.flight_s:.0f} s to {self.to.east_m:.0f}, "
+            f"{self.anchor.id} flies {self.flight_m:.0f} m in {time_words(self.flight_s)} to {self.to.east_m:.0f}, "
             f"{self.to.north_m:.0f} at {self.to.altitude_m:.0f} m"
         )
 

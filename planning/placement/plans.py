@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from planning.words import time_words
 from terrain import ElevationGrid
 from visibility import Anchor
 
@@ -94,5 +95,5 @@ def _sentence(found: Leapfrog) -> str:
         return f"{found.moves[0].move.words()}: {gained}."
     return (
         f"{len(found.moves)} move{'' if len(found.moves) == 1 else 's'}, {found.flight_m / 1000:.1f} km of flight, and "
-        f"the rover waits {found.waited_s:.0f} s: {gained}."
+        f"the rover waits {time_words(found.waited_s)}: {gained}."
     )

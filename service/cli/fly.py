@@ -149,7 +149,7 @@ def fly(
 
 
 def _tables(answer: FlightSummary) -> tuple[Table, ...]:
-    from service.parts.plan_answers import time_words
+    from planning.words import time_words
 
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
     totals = answer.totals

@@ -133,7 +133,7 @@ def _weights(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def _tables(answer: PathSummary) -> tuple[Table, ...]:
-    from service.parts.plan_answers import time_words
+    from planning.words import time_words
 
     facts = [("outcome", answer.status.replace("_", " ")), ("in words", answer.sentence)]
     if answer.departures:

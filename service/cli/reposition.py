@@ -203,6 +203,8 @@ def _lasting_occlusions(path: Path, at_least_s: float) -> list[str]:
 
 
 def _tables(answer: RepositioningSummary) -> tuple[Table, ...]:
+    from planning.words import time_words
+
     table = Table(title=escape(answer.sentence), title_justify="left")
     table.add_column("moves", style="bold")
     for column in ("leaves s", "arrives s", "flies m", "to east m", "to north m", "altitude m", "above\nground m"):
@@ -229,5 +231,5 @@ def _tables(answer: RepositioningSummary) -> tuple[Table, ...]:
     ]
     if len(answer.stretches) > 1:
         facts.append(("stretches", str(len(answer.stretches))))
-        facts.append(("the rover waits", f"{answer.waited_s:.0f} s"))
+        facts.append(("the rover waits", time_words(answer.waited_s)))
     return table, facts_table("What it brings", facts)

@@ -15,7 +15,6 @@ __all__ = [
     "ValidationOut",
     "finite",
     "place_answer",
-    "time_words",
     "validation_answer",
 ]
 
@@ -84,14 +83,6 @@ def place_answer(place_m: tuple[float, float]) -> PathPlaceOut:
 def finite(value: float) -> float | None:
     """JSON knows neither NaN nor infinity: None."""
     return float(value) if math.isfinite(value) else None
-
-
-def time_words(seconds: float) -> str:
-    """A time on the way as people say it."""
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _check(check: LimitCheck) -> AngleCheckOut | LimitCheckOut:

@@ -75,7 +75,7 @@ def test_of_a_window_the_cheapest_departure_is_taken():
     assert told.cost == min(one.cost for one in told.departures if one.cost is not None)
     assert told.departures_sentence == expected.sentence
     in_time = small_path(**window, arrive_by_s=700.0).answer.departures_sentence
-    assert in_time == "Of 5 departures the one at 0 s costs least of those that arrive by 700 s; it arrives at 602 s."
+    assert in_time == "Of 5 departures the one at 0 s costs least of those that arrive by 12 min; it arrives at 10 min."
     with pytest.raises(VisibilityInputError, match="runs from 0 s to 5000 s, so nothing is known of it at 5001 s"):
         small_path(**window | {"leave_by_s": 5001.0})
     late = small_path(**window, arrive_by_s=1.0)

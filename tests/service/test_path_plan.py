@@ -11,8 +11,8 @@ import shapely
 
 from planning import PathProblemError, PlaceError
 from planning.paths import RoverModel
+from planning.words import time_words
 from service.errors import RequestError
-from service.parts.plan_answers import time_words
 from service.products.paths import PATH
 from service.products.paths.files import LAYERS
 from service.products.paths.picture import draw_path

@@ -10,12 +10,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
 from planning.bubbles import way_m
+from planning.words import time_words
 from service.drawing.class_map import MapClass, class_pixels
 from service.drawing.cover import draw_cover_along
 from service.drawing.furniture import INK
 from service.drawing.sheet import DPI, ground_figure, margin_legend
 from service.parts.map_facts import dem_name
-from service.parts.plan_answers import time_words
 from service.products.flights.calculate import FinishedFlight
 
 __all__ = ["draw_flight", "draw_flight_profile"]

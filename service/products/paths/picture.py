@@ -17,11 +17,12 @@ from matplotlib.patheffects import Normal, Stroke
 
 from planning.paths.fields import bit_of
 from planning.paths.outcomes import Reason
+from planning.words import time_words
 from service.drawing.class_map import UNDECIDED, MapClass, class_legend, class_pixels
 from service.drawing.furniture import INK
 from service.drawing.sheet import ground_figure
 from service.parts.map_facts import dem_name
-from service.parts.plan_answers import PathPlaceOut, time_words
+from service.parts.plan_answers import PathPlaceOut
 from service.parts.points import PolygonIn
 from service.parts.shapes_in_grid import places_in_grid
 from service.products.dop.picture import dilution_classes

@@ -77,7 +77,7 @@ def test_the_way_that_is_after_sight_leaves_the_shadow_of_a_ridge() -> None:
     assert there.out_of_sight_s > 150.0
     assert here.out_of_sight_s < 0.5 * there.out_of_sight_s
     assert sighted.path.north_m.min() < -125.0
-    assert f"({here.out_of_sight_s - there.out_of_sight_s:+,.0f} s)" in sighted.sentence
+    assert f"({(here.out_of_sight_s - there.out_of_sight_s) / 60.0:+.0f} min)" in sighted.sentence
     assert f"({here.length_m / there.length_m - 1.0:+.0%})" in sighted.sentence
 
 

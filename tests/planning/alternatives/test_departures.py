@@ -45,13 +45,13 @@ def test_the_rover_leaves_once_the_drone_is_over_the_ridge() -> None:
     assert path is not None
     leaving = behind_a_ridge(departure_s=600.0)
     assert validate_path(leaving, np.column_stack([path.east_m, path.north_m])).passed
-    assert found.sentence == "Of 5 departures the one at 600 s costs least; it arrives at 850 s."
+    assert found.sentence == "Of 5 departures the one at 10 min costs least; it arrives at 14 min."
 
 
 def test_a_window_in_which_nobody_arrives_says_when_somebody_would() -> None:
     found = plan_departures(behind_a_ridge(), 800.0, arrive_by_s=700.0)
     assert found.best is None
-    assert found.sentence == "At none of 5 departures does a path arrive by 700 s; the soonest arrives at 850 s."
+    assert found.sentence == "At none of 5 departures does a path arrive by 12 min; the soonest arrives at 14 min."
     never = plan_departures(behind_a_ridge(), 200.0, count=2)
     assert never.best is None
     assert never.sentence.startswith("At none of 2 departures was a path found: ")
