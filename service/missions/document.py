@@ -128,6 +128,12 @@ class MissionRoute(StrictModel):
     min_anchors: Count = Field(0, description="Number of anchors in sight all along; 0 = no limit.")
     keep_dop: bool = Field(False, description="Whether the dilution stays below its limit all along.")
     bubble_epsilon: NotNegative = Field(0.0, description="Sigmas of the safety bubble kept clear, no unit.")
+    alternatives: Annotated[int, Field(strict=True, ge=0, le=8)] = Field(0, description="Number of other ways sought.")
+    departure_s: NotNegative = Field(0.0, description="When the rover leaves, seconds on the clock of what flies.")
+    leave_by_s: NotNegative | None = Field(None, description="It may leave until this, seconds; null = only then.")
+    arrive_by_s: NotNegative | None = Field(
+        None, description="With leave_by_s: it has to be there by this, seconds; null = whenever."
+    )
 
 
 class MissionPlacing(StrictModel):
@@ -136,11 +142,16 @@ class MissionPlacing(StrictModel):
     count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(2, description="Number of anchors to find.")
     above_ground_m: NotNegativeMetres = Field(100.0, description="Height of theirs above the ground, metres.")
     objective: Literal["coverage", "dop", "mean_error"] = Field(
-        "coverage",
+        "mean_error",
         description="What they are for; mean_error = the position error of a rover that moves along the surface.",
     )
-    min_anchors: Count = Field(3, description="Number of anchors that are enough.")
+    min_anchors: Count | None = Field(
+        None, description="Number of anchors that are enough; null = as many as placements take for the objective."
+    )
     spacing_m: Positive | None = Field(None, description="Distance of places that are tried, metres; null = chosen.")
+    best_sites: Annotated[int, Field(strict=True, ge=1, le=20_000)] | None = Field(
+        None, description="Number of places that are tried because they see most; null = a lattice of places."
+    )
     where: Literal["area", "path"] = Field("area", description="Whether over the area or along the path.")
 
 

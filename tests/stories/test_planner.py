@@ -50,6 +50,8 @@ def test_a_mission_from_an_empty_page_by_mouse(page: Browser) -> None:
     take(page, "valley")
     place_anchors(page)
     page.click("#mode-coverage")
+    page.choose(field(page, "So that"), "coverage")
+    page.choose(field(page, "Enough anchors"), "3")
     page.click("#find-more")
     page.until("document.querySelectorAll('#found .list li').length === 2")
     assert in_view(page, "#found .list")

@@ -165,4 +165,4 @@ def test_way_points_no_go_and_keep_in_are_drawn_and_the_path_has_its_strips(page
     page.choose(field(page, "How many"), "1")
     page.click("#find-more")
     page.until("document.querySelectorAll('#found .list li').length === 1")
-    assert "%" in page.text("#found .list"), "what it adds along the path"
+    assert "less by" in page.text("#found .list"), "what it takes off the error along the path"

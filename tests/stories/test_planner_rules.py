@@ -104,10 +104,11 @@ def test_places_for_the_least_error_are_those_of_who_names_no_objective(page: Br
     place_anchors(page)
     page.click("#mode-coverage")
     page.choose(field(page, "Places every"), "500")
-    page.choose(field(page, "So that"), "mean_error")
     page.click("#find-more")
     page.until("document.querySelectorAll('#found .list li').length === 2")
     told = page.text("#found p")
+    assert page.text("#found .hint").startswith("Chosen of ")
+    assert "of a lattice" in page.text("#found .hint")
     kept = mission(page)
     names = ("id", "east_m", "north_m")
     body = {
@@ -117,7 +118,6 @@ def test_places_for_the_least_error_are_those_of_who_names_no_objective(page: Br
         ],
         "candidates": [{"spacing_m": 500.0, "above_ground_m": [100.0]}],
         "targets": {"receiver_above_ground_m": 1.5},
-        "goal": {"min_anchors": 3},
         "count": 2,
         "mode": "fast",
     }

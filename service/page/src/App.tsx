@@ -71,8 +71,8 @@ export function App() {
           <button type="button" id="undo" disabled={!canUndo.value} onClick={undo}>{ui.undo}</button>
           <button type="button" id="redo" disabled={!canRedo.value} onClick={redo}>{ui.redo}</button>
           <button type="button" id="unit" onClick={() => (unit.value = unit.value === "m" ? "ft" : "m")}>{unit.value === "m" ? ui.feet : ui.metres}</button>
-          <button type="button" id="theme" onClick={() => (theme.value = theme.value === "dark" ? "light" : "dark")}>{ui.theme}</button>
-          <a href={at("/docs")}>{ui.reference}</a>
+          <button type="button" id="theme" onClick={() => (theme.value = theme.value === "dark" ? "light" : "dark")} aria-label={ui.theme} title={ui.theme}>{ui.themeSign}</button>
+          <a href={at("/docs")}>{ui.reference[0]}<span class="wide">{ui.reference[1]}</span></a>
         </span>
       </header>
       <main>

@@ -11,6 +11,7 @@ import { watchMargins } from "./products/margins";
 import { watchPath } from "./products/path";
 import { watchProbes } from "./products/probe";
 import { watchSurfaces } from "./products/surfaces";
+import { watchWays } from "./products/ways";
 import { attempt } from "./state";
 import { words } from "./words";
 
@@ -23,6 +24,7 @@ watchSurfaces();
 watchDilution();
 watchMargins();
 watchPath();
+watchWays();
 watchProbes();
 watchAhead();
 watchDoubts();

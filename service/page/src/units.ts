@@ -37,6 +37,12 @@ export function percent(share: number | null | undefined): string {
   return share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)} %`;
 }
 
+/** A probability; what rounding would make certain is told as more than that. Does not break across lines. */
+export function probability(share: number): string {
+  const [certain, told] = [share > 0.999, percent(Math.min(share, 0.999))];
+  return `${certain ? "> " : ""}${told}`.replaceAll(" ", "\u00a0");
+}
+
 export function degrees(value: number, digits = 6): string {
   return `${value.toFixed(digits)}°`;
 }

@@ -18,7 +18,8 @@ export async function calculate<R>(path: string, body: unknown, following: Follo
   let job = await askJson<Job<R>>(path, posted(body, WAIT_S));
   while (UNDER_WAY.has(job.status)) {
     if (following.signal?.aborted) {
-      await ask(job.links.self, { method: "DELETE" });
+      // whoever stops it looks at it no more
+      await ask(`${job.links.self}?forget=true`, { method: "DELETE" });
       throw new Refusal(words.cancelled, 0, "cancelled");
     }
     following.progress?.(job.progress);

@@ -73,21 +73,46 @@ export interface Relaxation {
   readonly shown: boolean;
 }
 
+export interface PathTotals {
+  readonly length_m: number;
+  readonly climb_m: number;
+  readonly descent_m: number;
+  readonly time_s: number;
+  readonly out_of_sight_s: number;
+  readonly longest_out_of_sight_s: number;
+  readonly worst_dop: number | null;
+  readonly fewest_anchors: number;
+  readonly mean_position_sigma_m: number | null;
+  readonly steepest_deg: number;
+}
+
+/** Another way beside a path. */
+export interface PathWay {
+  readonly what: "shortest" | "in sight" | "surest" | "another way";
+  readonly sentence: string;
+  readonly apart_share: number;
+  readonly totals: PathTotals;
+  readonly corners: readonly Place[];
+}
+
+/** A time to leave that was tried, on the clock of what flies. */
+export interface Departure {
+  readonly departure_s: number;
+  /** null: there is no path then. */
+  readonly arrival_s: number | null;
+  readonly in_time: boolean;
+  readonly taken: boolean;
+  readonly sentence: string;
+}
+
 export interface PathAnswer extends Summary {
   readonly status: string;
   readonly sentence: string;
-  readonly totals: {
-    readonly length_m: number;
-    readonly climb_m: number;
-    readonly descent_m: number;
-    readonly time_s: number;
-    readonly out_of_sight_s: number;
-    readonly longest_out_of_sight_s: number;
-    readonly worst_dop: number | null;
-    readonly fewest_anchors: number;
-    readonly mean_position_sigma_m: number | null;
-    readonly steepest_deg: number;
-  } | null;
+  readonly totals: PathTotals | null;
+  readonly alternatives: readonly PathWay[];
+  readonly alternatives_sentence: string;
+  readonly departures: readonly Departure[];
+  readonly departures_sentence: string;
   readonly unreachable: {
     readonly reason: string;
     readonly where: Place;
@@ -105,6 +130,7 @@ export interface PlacedAnchor extends AnchorAnswer {
 export interface PlacementAnswer extends Summary {
   readonly goal: string;
   readonly placed: readonly PlacedAnchor[];
+  readonly candidates: { readonly left: number; readonly removed: Readonly<Record<string, number>> };
   readonly method: string;
   readonly proved: boolean;
   readonly before_share?: number;

@@ -15,16 +15,18 @@ import { flies, frame, placeAt } from "../products/frames";
 import { ghosts } from "../products/placement";
 import { markedPlace } from "../products/profile";
 import { sightOf } from "../products/readout";
+import { otherWays, wayShown } from "../products/ways";
 import { cursor, mission, mode, pinned, selected } from "../state";
 import { words } from "../words";
 import { liveLayer } from "./liveFeatures";
-import { areaStyle, buildingStyle, flightStyle, flownStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle } from "./styles";
+import { areaStyle, buildingStyle, flightStyle, flownStyle, ghostStyle, lineStyle, markStyle, pathStyle, pinStyle, standOffStyle, wayStyle } from "./styles";
 
 const built = new VectorSource();
 const anchors = new VectorSource();
 const places = new VectorSource();
 const areas = new VectorSource();
 const planned = new VectorSource();
+const beside = new VectorSource();
 const offered = new VectorSource();
 const flights = new VectorSource();
 const sight = new VectorSource();
@@ -32,6 +34,7 @@ const sight = new VectorSource();
 export const anchorLayer = new VectorLayer({ source: anchors, zIndex: 30, updateWhileInteracting: true });
 export const placeLayer = new VectorLayer({ source: places, zIndex: 20, updateWhileInteracting: true });
 export const ghostLayer = new VectorLayer({ source: offered, zIndex: 25 });
+export const wayLayer = new VectorLayer({ source: beside, zIndex: 14 });
 
 const at = ({ east_m, north_m }: Place): number[] => [east_m, north_m];
 const mark = (place: Place, fields: Record<string, unknown>): Feature => {
@@ -49,9 +52,10 @@ export function vectorLayers(): VectorLayer[] {
   effect(drawAreas);
   effect(drawFlights);
   effect(drawPath);
+  effect(drawWays);
   effect(drawGhosts);
   effect(drawSight);
-  return [new VectorLayer({ source: built, zIndex: 8, style: buildingStyle() }), area, path, lines, new VectorLayer({ source: flights, zIndex: 19 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
+  return [new VectorLayer({ source: built, zIndex: 8, style: buildingStyle() }), area, wayLayer, path, lines, new VectorLayer({ source: flights, zIndex: 19 }), liveLayer(), placeLayer, ghostLayer, anchorLayer];
 }
 
 function drawBuildings(): void {
@@ -152,6 +156,17 @@ function drawPath(): void {
     const feature = mark(where, {});
     feature.setStyle(pinStyle("blocked", words.blockedHere));
     planned.addFeature(feature);
+  }
+}
+
+/** The other ways are there to be clicked while one is on the path. */
+function drawWays(): void {
+  beside.clear(true);
+  if (mode.value !== "path") return;
+  for (const { number, corners } of otherWays.value) {
+    const feature = new Feature({ geometry: new LineString(corners.map(at)), way: number });
+    feature.setStyle(wayStyle(number, number === wayShown.value));
+    beside.addFeature(feature);
   }
 }
 

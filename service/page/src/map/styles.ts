@@ -97,6 +97,16 @@ export function pathStyle(colour: string): Style[] {
   ];
 }
 
+/** Another way beside the path, by its number; thick where it is looked at. */
+export function wayStyle(number: number, shown: boolean): Style[] {
+  const width = shown ? 5 : 3;
+  return [
+    new Style({ stroke: new Stroke({ color: PAPER, width: width + 3 }) }),
+    new Style({ stroke: new Stroke({ color: shown ? "#0b5cad" : "#5a4fcf", width, ...(shown ? {} : { lineDash: [10, 7] }) }), zIndex: 1 }),
+    new Style({ text: new Text({ text: String(number), placement: "line", font: "700 14px system-ui, sans-serif", fill: new Fill({ color: INK }), stroke: new Stroke({ color: PAPER, width: 4 }) }), zIndex: 2 }),
+  ];
+}
+
 /** Where an anchor flies along. */
 export function flightStyle(): Style[] {
   return [

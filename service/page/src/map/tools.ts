@@ -12,11 +12,13 @@ import { contains } from "../geo/grid";
 import { type Mission, newAnchor, type Ring } from "../mission/mission";
 import { overview } from "../products/library";
 import { acceptGhost } from "../products/placement";
+import { wayShown } from "../products/ways";
 import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
-import { anchorLayer, ghostLayer, placeLayer } from "./features";
+import { anchorLayer, ghostLayer, placeLayer, wayLayer } from "./features";
 import { cornerInTheMiddle } from "./overview";
 
-const TOUCHED: readonly unknown[] = [anchorLayer, placeLayer, ghostLayer];
+const CLICKED: readonly unknown[] = [anchorLayer, ghostLayer, wayLayer];
+const TOUCHED: readonly unknown[] = [...CLICKED, placeLayer];
 const FIRST_STAND_OFF_M = 100;
 const PLACES = new Set(["start", "goal", "way-point", "flight", "take-off", "landing"]);
 const SHAPES: ReadonlySet<string> = new Set(["no-go", "keep-in", "area", "no-fly", "stand-off"]);
@@ -43,8 +45,9 @@ export function followPointer(map: OlMap): void {
       use(place);
       return;
     }
-    const [hit] = map.getFeaturesAtPixel(event.pixel, { layerFilter: (one) => one === anchorLayer || one === ghostLayer, hitTolerance: 4 });
+    const [hit] = map.getFeaturesAtPixel(event.pixel, { layerFilter: (one) => CLICKED.includes(one), hitTolerance: 4 });
     if (hit?.get("ghost") !== undefined) acceptGhost(String(hit.get("ghost")));
+    else if (hit?.get("way") !== undefined) wayShown.value = Number(hit.get("way"));
     else if (hit) selected.value = String((hit as Feature).getId());
     else use(place);
   });

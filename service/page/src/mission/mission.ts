@@ -82,14 +82,24 @@ export interface Route {
   /** Whether the dilution has to stay below its limit all along. */
   readonly keep_dop: boolean;
   readonly bubble_epsilon: number;
+  /** So many other ways are sought as well. */
+  readonly alternatives: number;
+  /** When the rover leaves, on the clock of anchors that fly; with leave_by_s the soonest of the times that are tried. */
+  readonly departure_s: number;
+  readonly leave_by_s: number | null;
+  /** null: whenever it gets there. */
+  readonly arrive_by_s: number | null;
 }
 
 export interface Placing {
   readonly count: number;
   readonly above_ground_m: number;
   readonly objective: "coverage" | "dop" | "mean_error";
-  readonly min_anchors: number;
+  /** null: as many as the service takes for the objective. */
+  readonly min_anchors: number | null;
   readonly spacing_m: number | null;
+  /** So many places that see most are tried, by a map of sites; null: a lattice. */
+  readonly best_sites: number | null;
   readonly where: "area" | "path";
 }
 
@@ -163,6 +173,10 @@ export const EMPTY_ROUTE: Route = {
   min_anchors: 0,
   keep_dop: false,
   bubble_epsilon: 0,
+  alternatives: 0,
+  departure_s: 0,
+  leave_by_s: null,
+  arrive_by_s: null,
 };
 
 export const NEW_MISSION: Mission = {
@@ -176,7 +190,7 @@ export const NEW_MISSION: Mission = {
   rover: { receiver_above_ground_m: 1.5, max_slope_deg: 25, footprint_radius_m: 0.8, speed_m_per_s: 0.5 },
   positioning: { kind: "ranging", measure: "hdop", dop_limit: 5, on_surface: false, sight: "visible" },
   route: EMPTY_ROUTE,
-  placing: { count: 2, above_ground_m: 100, objective: "coverage", min_anchors: 3, spacing_m: null, where: "area" },
+  placing: { count: 2, above_ground_m: 100, objective: "mean_error", min_anchors: null, spacing_m: null, best_sites: null, where: "area" },
   rules: { no_fly: [], stand_off: [], max_above_ground_m: null, max_altitude_m: null, max_range_m: null, min_separation_m: 0 },
   ceiling_above_ground_m: 300,
   times: { begins_at: null, lasts_s: 3600, step_s: 600, orbits: null },

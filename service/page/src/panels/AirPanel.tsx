@@ -3,7 +3,7 @@ import { air, askForAir, flownAboveGroundM, isAirCurrent } from "../products/air
 import { attempt, busy, change, mission, overlay } from "../state";
 import { length, percent } from "../units";
 import { words } from "../words";
-import { Arriving, Facts, Group, LengthField, Slider } from "./fields";
+import { Arriving, Exactness, Facts, Group, LengthField, Slider, Stop } from "./fields";
 import { FlightPanel } from "./FlightPanel";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
@@ -20,9 +20,12 @@ export function AirPanel() {
       <Group title={words.mode.air}>
         <p class="hint">{ui.airHint}</p>
         <LengthField where="air" label={ui.ceiling} min={1} value={ceilingM} onValue={(value) => change({ ceiling_above_ground_m: value ?? 300 })} />
-        <button type="button" id="calculate-air" class="primary" disabled={"air" in busy.value} onClick={() => void attempt("air", askForAir)}>
-          {ui.calculateAir}
-        </button>
+        <div class="row">
+          <button type="button" id="calculate-air" class="primary" disabled={"air" in busy.value} onClick={() => void attempt("air", askForAir)}>
+            {ui.calculateAir}
+          </button>
+          <Stop of={["air"]} />
+        </div>
         <Slider
           label={ui.flown}
           told={length(flownAboveGroundM.value, 0)}
@@ -41,7 +44,7 @@ export function AirPanel() {
           <p class="stale-note reserved">{isAirCurrent() ? "" : words.airStale}</p>
           <Facts rows={now.answer.states.filter(({ posts }) => posts > 0).map(({ state, share }) => [nameOf(state), percent(share)])} />
           {now.answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={now.answer.warnings} />}
-          <p class="hint">{ui.trust(now.answer.mode, now.answer.error_statement, now.answer.curvature)}</p>
+          <Exactness of={now.answer} />
           <Downloads layers={now.downloads} />
         </Arriving>
       )}

@@ -10,7 +10,7 @@ import { surfaces } from "../products/surfaces";
 import { change, follow, ground, mission, overlay } from "../state";
 import { figure, length, percent } from "../units";
 import { words } from "../words";
-import { Check, Facts, Group, Select, Slider } from "./fields";
+import { Check, Exactness, Facts, Group, Select, Slider } from "./fields";
 import { FindMore } from "./FindMore";
 import { Sentences } from "./GroundPanel";
 
@@ -157,7 +157,7 @@ function Trust() {
   return (
     <section>
       {trust.warnings.length > 0 && <Sentences title={ui.warnings} sentences={trust.warnings} />}
-      <p class="hint">{ui.trust(trust.mode, trust.error_statement, trust.curvature)}</p>
+      <Exactness of={trust} />
     </section>
   );
 }

@@ -1,18 +1,19 @@
 // More anchors: how many, by which rules, what each place would see, and those that were found, to be taken one by one.
 import type { PlacedAnchor, PlacementAnswer } from "../api/types";
 import { isHeard } from "../mission/hearing";
-import { acceptGhost, dismissGhosts, findMore, ghosts, placement, spacingOf } from "../products/placement";
+import { acceptGhost, dismissGhosts, enoughOf, findMore, ghosts, placement, spacingOf } from "../products/placement";
 import { areSitesCurrent, askForSites, sites } from "../products/sites";
 import { attempt, busy, change, ground, mission, overlay, tool } from "../state";
 import { length, percent } from "../units";
 import { words } from "../words";
-import { Arriving, Group, LengthField, NumberField, Select } from "./fields";
+import { Arriving, Check, Group, LengthField, NumberField, Select, Stop } from "./fields";
 
 const { ui } = words;
 const TOOLS = ["no-fly", "stand-off"] as const;
+const FIRST_SITES = 40;
 
 export function FindMore() {
-  const { placing } = mission.value;
+  const { placing, positioning } = mission.value;
   const set = (fields: Partial<typeof placing>) => change({ placing: { ...placing, ...fields } });
   const here = ground.value;
   const found = placement.value;
@@ -23,10 +24,23 @@ export function FindMore() {
       <div class="pair">
         <NumberField where="coverage" label={ui.howMany} min={1} max={16} step={1} value={placing.count} onValue={(value) => set({ count: value ?? 1 })} />
         <LengthField where="coverage" label={ui.atHeight} min={0} value={placing.above_ground_m} onValue={(value) => set({ above_ground_m: value ?? 0 })} />
-        <NumberField where="coverage" label={ui.enough} min={1} step={1} value={placing.min_anchors} onValue={(value) => set({ min_anchors: value ?? 1 })} />
-        <LengthField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, placing.spacing_m))} onValue={(value) => set({ spacing_m: value })} />
+        <NumberField where="coverage" label={ui.enough} optional min={1} step={1} value={enoughOf(placing, positioning)} onValue={(min_anchors) => set({ min_anchors })} />
+        {placing.best_sites === null ? (
+          <LengthField where="coverage" label={ui.spacing} optional min={1} value={here && Math.round(spacingOf(here, mission.value))} onValue={(value) => set({ spacing_m: value })} />
+        ) : (
+          <NumberField where="coverage" label={ui.howManySites} min={1} step={1} value={placing.best_sites} onValue={(best_sites) => set({ best_sites: best_sites ?? FIRST_SITES })} />
+        )}
       </div>
+      <Select
+        label={ui.tried}
+        value={placing.best_sites === null ? "lattice" : "sites"}
+        options={ui.triedAre}
+        onValue={(tried) => set({ best_sites: tried === "sites" ? FIRST_SITES : null })}
+      />
       <Select label={ui.objective} value={placing.objective} options={ui.objectives(heard)} onValue={(objective) => set({ objective })} />
+      {placing.objective === "dop" && (
+        <Check label={ui.onSurface} value={positioning.on_surface} onValue={(on_surface) => change({ positioning: { ...positioning, on_surface } })} />
+      )}
       <Select label={ui.where} value={placing.where} options={ui.wheres} onValue={(where) => set({ where })} />
       {radio && <p class="hint">{ui.placedRadio(ui.radios[radio])}</p>}
       <Rules />
@@ -37,6 +51,7 @@ export function FindMore() {
         <button type="button" id="find-more" class="primary" disabled={!here || "placement" in busy.value} onClick={() => void attempt("coverage", findMore)}>
           {ui.find}
         </button>
+        <Stop of={["sites", "placement"]} />
       </div>
       {sites.value && !areSitesCurrent() && <p class="stale-note">{words.airStale}</p>}
       {found && (
@@ -44,6 +59,7 @@ export function FindMore() {
           <p>
             <strong>{ui.placed(found.placed.length)}:</strong> {found.goal}. {worth(found)}
           </p>
+          <p class="hint">{ui.chosenOf(found.candidates.left, found.proposed, Object.values(found.candidates.removed).reduce((all, one) => all + one, 0))}</p>
           <div class="row" role="group" aria-label={ui.beforeAfter}>
             {(["count", "after"] as const).map((name) => (
               <button key={name} type="button" class="small" id={`map-${name}`} aria-pressed={overlay.value === name} onClick={() => (overlay.value = name)}>

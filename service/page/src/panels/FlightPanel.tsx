@@ -1,9 +1,9 @@
 // A drone's flight: its ends on the map, what it keeps, and the way that was found.
-import { cancelFlight, flight, isFlightCurrent, planFlight, profileOfFlight, type PlannedFlight } from "../products/flight";
+import { flight, isFlightCurrent, planFlight, profileOfFlight, type PlannedFlight } from "../products/flight";
 import { attempt, busy, change, ground, mission, tool } from "../state";
 import { distance, duration, length } from "../units";
 import { words } from "../words";
-import { Arriving, Facts, Group, LengthField, NumberField } from "./fields";
+import { Arriving, Facts, Group, LengthField, NumberField, Stop } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
 
@@ -37,11 +37,7 @@ export function FlightPanel() {
           <button type="button" id="plan-flight" class="primary" disabled={"flight" in busy.value} onClick={() => void attempt("air", planFlight)}>
             {ui.planFlight}
           </button>
-          {"flight" in busy.value && (
-            <button type="button" onClick={cancelFlight}>
-              {ui.cancel}
-            </button>
-          )}
+          <Stop of={["flight"]} />
         </div>
       </Group>
       {flight.value && <Answer planned={flight.value} />}

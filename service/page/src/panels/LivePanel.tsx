@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import { doubtFile, doubts, readDoubts } from "../products/doubts";
 import { epoch, epochs, leave, lookedAt, openLinks, openSession, refreshSessions, replay, type Sighted, sighted, sessions, watch, watched } from "../products/live";
 import { attempt, busy, ground } from "../state";
-import { distance, length, percent } from "../units";
+import { distance, length, percent, probability } from "../units";
 import { words } from "../words";
 import { Ahead } from "./Ahead";
 import { Facts, Group, Slider } from "./fields";
@@ -145,7 +145,7 @@ function Doubted() {
       <ul class="list" id="doubts">
         {doubts.value.map(({ told }) => (
           <li key={`${told.anchor_id} ${told.from_s}`}>
-            {ui.doubt(told.anchor_id, told.expected, told.ranges, told.from_s, told.to_s, told.excess_m === null ? null : length(told.excess_m), told.bearing_deg, distance(told.distance_m), told.probability > 0.999 ? `> ${percent(0.999)}` : percent(told.probability))}
+            {ui.doubt(told.anchor_id, told.expected, told.ranges, told.from_s, told.to_s, told.excess_m === null ? null : length(told.excess_m), told.bearing_deg, distance(told.distance_m), probability(told.probability))}
           </li>
         ))}
       </ul>

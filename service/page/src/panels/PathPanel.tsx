@@ -1,14 +1,16 @@
 // Path: what it has to keep, where it goes, and what blocks it.
 import { useMemo } from "preact/hooks";
 import { isHeard } from "../mission/hearing";
-import { cancelPath, isPathCurrent, planned, STRIPS, type Strip, stripShown, type PlannedPath } from "../products/path";
+import { isPathCurrent, planned, STRIPS, type Strip, stripShown, type PlannedPath } from "../products/path";
 import { planAndHelp } from "../products/remedies";
+import { shownTotals, shownWay } from "../products/ways";
 import { attempt, busy, change, ground, mission, tool, type Tool } from "../state";
 import { distance, duration, figure, length } from "../units";
 import { words } from "../words";
-import { Arriving, Check, Facts, Group, LengthField, NumberField, Select } from "./fields";
+import { Arriving, Check, Facts, Group, LengthField, NumberField, Select, Stop } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Remedies } from "./Remedies";
+import { Departures, Leaving, Ways } from "./Ways";
 
 const { ui } = words;
 const TOOLS = ["start", "goal", "way-point", "no-go", "keep-in"] as const;
@@ -39,17 +41,15 @@ export function PathPanel() {
           <LengthField where="path" label={ui.footprint} min={0} value={rover.footprint_radius_m} onValue={(value) => setRover({ footprint_radius_m: value ?? 0 })} />
           <NumberField where="path" label={ui.speed} min={0} value={rover.speed_m_per_s} onValue={(value) => setRover({ speed_m_per_s: value ?? 1 })} />
           <NumberField where="path" label={ui.bubble} min={0} value={route.bubble_epsilon} onValue={(value) => setRoute({ bubble_epsilon: value ?? 0 })} />
+          <NumberField where="path" label={ui.otherWays} min={0} max={8} step={1} value={route.alternatives} onValue={(value) => setRoute({ alternatives: value ?? 0 })} />
         </div>
         <Check label={ui.keepDop} value={route.keep_dop} onValue={(keep_dop) => setRoute({ keep_dop })} />
+        <Leaving />
         <div class="row">
           <button type="button" id="plan-path" class="primary" disabled={"path" in busy.value} onClick={plan}>
             {ui.plan}
           </button>
-          {"path" in busy.value && (
-            <button type="button" onClick={cancelPath}>
-              {ui.cancel}
-            </button>
-          )}
+          <Stop of={["path", "remedies"]} />
         </div>
       </Group>
       {planned.value && <Answer path={planned.value} />}
@@ -89,13 +89,16 @@ function Drawn() {
 
 function Answer({ path }: { path: PlannedPath }) {
   const { answer, heard } = path;
-  const { totals, validation } = answer;
+  const { validation } = answer;
+  const totals = shownTotals.value;
   const names = Object.fromEntries(STRIPS.map((name) => [name, words.strip(name, heard)])) as Record<Strip, string>;
   return (
     <Arriving id="path-answer" of={answer}>
       <h3>{answer.status === "found" ? words.pathFound : words.noPath}</h3>
       <p class="stale-note reserved">{isPathCurrent() ? "" : ui.stale}</p>
-      <p>{answer.sentence}</p>
+      <p>{shownWay.value?.sentence ?? answer.sentence}</p>
+      <Departures answer={answer} plan={plan} />
+      <Ways answer={answer} plan={plan} />
       {totals && (
         <>
           <Select label={ui.stripBy} value={stripShown.value} options={names} onValue={(value) => (stripShown.value = value)} />
@@ -110,7 +113,7 @@ function Answer({ path }: { path: PlannedPath }) {
               [ui.without(heard), duration(totals.out_of_sight_s)],
             ]}
           />
-          {validation && <p class="hint">{validation.sentence}</p>}
+          {validation && !shownWay.value && <p class="hint">{validation.sentence}</p>}
         </>
       )}
       {answer.warnings.length > 0 && <Sentences title={ui.warnings} sentences={answer.warnings} />}

@@ -4,7 +4,7 @@ import { areFramesCurrent, askForFrames, frames, takeOrbits } from "../products/
 import { attempt, busy, change, ground, mission } from "../state";
 import { percent } from "../units";
 import { words } from "../words";
-import { Arriving, Facts, Group, NumberField } from "./fields";
+import { Arriving, Facts, Group, NumberField, Stop } from "./fields";
 import { Sentences } from "./GroundPanel";
 import { Downloads } from "./PathPanel";
 
@@ -43,9 +43,12 @@ export function TimePanel() {
           <NumberField where="air" label={ui.lasts} min={0} value={times.lasts_s / 60} onValue={(value) => set({ lasts_s: 60 * (value ?? 0) })} />
           <NumberField where="air" label={ui.everyMin} min={0.01} value={times.step_s / 60} onValue={(value) => set({ step_s: 60 * (value ?? 10) })} />
         </div>
-        <button type="button" id="calculate-frames" class="primary" disabled={!ground.value || "frames" in busy.value} onClick={() => void attempt("air", askForFrames)}>
-          {ui.calculateFrames}
-        </button>
+        <div class="row">
+          <button type="button" id="calculate-frames" class="primary" disabled={!ground.value || "frames" in busy.value} onClick={() => void attempt("air", askForFrames)}>
+            {ui.calculateFrames}
+          </button>
+          <Stop of={["frames"]} />
+        </div>
       </Group>
       <Answer />
     </>

@@ -1,7 +1,9 @@
 // Fields that commit a value once it is complete, and sliders that are followed while they move.
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
-import { refuse, type Mode } from "../state";
+import type { Summary } from "../api/types";
+import { stop } from "../products/working";
+import { busy, refuse, type Mode } from "../state";
 import { fromMetres, toMetres, unit } from "../units";
 import { words } from "../words";
 
@@ -87,6 +89,28 @@ export function Select<T extends string>({ label, value, options, onValue }: Sel
         ))}
       </select>
     </label>
+  );
+}
+
+/** How exact an answer is: for who asks, as it is long. */
+export function Exactness({ of: { mode, error_statement, curvature } }: { of: Summary }) {
+  return (
+    <details>
+      <summary>{words.ui.exactness}</summary>
+      <p class="hint">{words.ui.trust(mode, error_statement, curvature)}</p>
+    </details>
+  );
+}
+
+/** Stops what is worked on under these names; there while something is. */
+export function Stop({ of }: { of: readonly string[] }) {
+  const running = of.filter((name) => name in busy.value);
+  return (
+    running.length > 0 && (
+      <button type="button" onClick={() => running.forEach(stop)}>
+        {words.ui.cancel}
+      </button>
+    )
   );
 }
 

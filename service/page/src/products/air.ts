@@ -5,8 +5,9 @@ import type { MorphingAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf, floatsOf } from "../geo/rasters";
 import { sightBody } from "../mission/hearing";
-import { ground, mission, overlay, setBusy } from "../state";
+import { ground, mission, overlay } from "../state";
 import { words } from "../words";
+import { working } from "./working";
 
 export interface AirColumns {
   /** Height above the ground from which one may fly, metres; NaN where there is none. */
@@ -48,9 +49,8 @@ export async function askForAir(): Promise<void> {
   if (body === null) throw new Error(words.chooseGround);
   if (mission.peek().anchors.length === 0) throw new Error(words.placeAnchors);
   const here = ground.peek() as Ground;
-  setBusy("air", null);
-  try {
-    const job = await calculate<MorphingAnswer>("/morphing-maps", body, { progress: (share) => setBusy("air", share) });
+  await working("air", async (following) => {
+    const job = await calculate<MorphingAnswer>("/morphing-maps", body, following);
     const [[aboveGroundM], [state]] = await Promise.all([floatsOf(job, "above_ground.tif", here), bytesOf(job, "flags.tif", here)]);
     air.value = {
       key: JSON.stringify(body),
@@ -60,7 +60,5 @@ export async function askForAir(): Promise<void> {
       downloads: job.layers,
     };
     overlay.value = "air";
-  } finally {
-    setBusy("air", undefined);
-  }
+  });
 }

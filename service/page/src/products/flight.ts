@@ -6,9 +6,10 @@ import type { FlightAnswer, LayerLink, Place } from "../api/types";
 import { sightBody } from "../mission/hearing";
 import type { Mission } from "../mission/mission";
 import { tableOf } from "../mission/tables";
-import { ground, mission, setBusy } from "../state";
+import { ground, mission } from "../state";
 import { words } from "../words";
 import { profile } from "./profile";
+import { working } from "./working";
 
 export interface PlannedFlight {
   readonly key: string;
@@ -21,7 +22,6 @@ export interface PlannedFlight {
 export const flight = signal<PlannedFlight | null>(null);
 export const flown = computed<readonly Place[]>(() => flight.value?.answer.corners ?? []);
 const SECONDS = 30;
-let stopping: AbortController | null = null;
 
 function question(now: Mission): Record<string, unknown> {
   const here = ground.value;
@@ -56,20 +56,11 @@ export function isFlightCurrent(): boolean {
 
 export async function planFlight(): Promise<void> {
   const body = question(mission.peek());
-  setBusy("flight", null);
-  stopping = new AbortController();
-  try {
-    const job = await calculate<FlightAnswer>("/flights", body, { progress: (share) => setBusy("flight", share), signal: stopping.signal });
+  await working("flight", async (following) => {
+    const job = await calculate<FlightAnswer>("/flights", body, following);
     const rows = job.result.totals === null ? [] : tableOf(await (await ask(layer(job, "flight.csv"))).text());
     flight.value = { key: JSON.stringify(body), answer: job.result, air: rows.map(stepOf), downloads: job.layers };
-  } finally {
-    stopping = null;
-    setBusy("flight", undefined);
-  }
-}
-
-export function cancelFlight(): void {
-  stopping?.abort();
+  });
 }
 
 function stepOf(row: Readonly<Record<string, string>>): PlannedFlight["air"][number] {

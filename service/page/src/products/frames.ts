@@ -6,9 +6,10 @@ import type { Ground } from "../geo/grid";
 import { bytesOf, floatsOf } from "../geo/rasters";
 import { isHeard, sightBody } from "../mission/hearing";
 import { type Anchor, antennaBody, type Mission, type Orbits, radioBody } from "../mission/mission";
-import { change, ground, mission, overlay, setBusy } from "../state";
+import { change, ground, mission, overlay } from "../state";
 import { words } from "../words";
 import type { AirColumns } from "./air";
+import { working } from "./working";
 
 export interface Frame extends AirColumns {
   readonly facts: FrameFacts;
@@ -56,6 +57,9 @@ export function placeAt(anchor: Anchor, timeS: number): Place {
   return { east_m: from.east_m + part * (to.east_m - from.east_m), north_m: from.north_m + part * (to.north_m - from.north_m) };
 }
 
+/** So long a drone waits where its flight ends, for a path that is still under way; seconds. */
+const WAITS_S = 7 * 86_400;
+
 /** Places so close together that a height above the ground follows the ground between them, as drones do. */
 function trackBody(anchor: Anchor, lastsS: number, cellM: number, heard: boolean): Record<string, unknown> {
   const points = flightOf(anchor);
@@ -71,6 +75,11 @@ function trackBody(anchor: Anchor, lastsS: number, cellM: number, heard: boolean
   });
   if (last.time_s < lastsS) all.push({ ...last, time_s: lastsS });
   return { ...antennaBody(anchor), ...(heard ? radioBody(anchor) : {}), points: all.map((point) => ({ ...point, [anchor.height_from]: anchor.height_m })) };
+}
+
+/** What a question about one time after the other says of the anchors that fly; they wait at their last places. */
+export function tracksBody(anchors: readonly Anchor[], cellM: number, heard: boolean, untilS = WAITS_S): Record<string, unknown>[] {
+  return anchors.filter(flies).map((one) => trackBody(one, untilS, cellM, heard));
 }
 
 function satellitesBody({ begins_at, orbits }: Mission["times"]): Record<string, unknown> {
@@ -93,7 +102,7 @@ function question(): Record<string, unknown> {
   return {
     dem_id: here.dem.id,
     ...sightBody(mission.value, { anchors: anchors.filter((one) => !flies(one)), heard }),
-    tracks: anchors.filter(flies).map((one) => trackBody(one, times.lasts_s, here.dem.cell_east_m, heard)),
+    tracks: tracksBody(anchors, here.dem.cell_east_m, heard, times.lasts_s),
     ...satellitesBody(times),
     kind: positioning.kind,
     measure: positioning.measure,
@@ -120,9 +129,8 @@ export async function askForFrames(): Promise<void> {
   const count = Math.floor(lasts_s / step_s) + 1;
   const most = Math.floor(MOST_VALUES / here.heights.heightsM.length);
   if (count > most) throw new Error(words.tooManyFrames(count, most));
-  setBusy("frames", null);
-  try {
-    const job = await calculate<FramesAnswer>("/morphing-maps", body, { progress: (share) => setBusy("frames", share) });
+  await working("frames", async (following) => {
+    const job = await calculate<FramesAnswer>("/morphing-maps", body, following);
     const [altitudes, states] = await Promise.all([floatsOf(job, "frames_altitude.tif", here), bytesOf(job, "frames_state.tif", here)]);
     const all = job.result.over_time.frames.map((facts, number) => ({
       facts,
@@ -132,9 +140,7 @@ export async function askForFrames(): Promise<void> {
     frameShown.value = 0;
     frames.value = { key: JSON.stringify(body), all, answer: job.result, downloads: job.layers };
     overlay.value = "frame";
-  } finally {
-    setBusy("frames", undefined);
-  }
+  });
 }
 
 function aboveGround(here: Ground, altitudeM: Float32Array): Float32Array {

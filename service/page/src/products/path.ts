@@ -6,9 +6,11 @@ import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
 import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
 import { isHeard, sightBody } from "../mission/hearing";
 import type { Mission, Positioning, Ring } from "../mission/mission";
-import { change, ground, mission, setBusy } from "../state";
+import { change, ground, mission } from "../state";
 import { words } from "../words";
 import { tableOf } from "../mission/tables";
+import { flies, tracksBody } from "./frames";
+import { working } from "./working";
 
 export interface Vertex extends Place {
   readonly distance_m: number;
@@ -33,12 +35,15 @@ export interface PlannedPath {
   readonly downloads: readonly LayerLink[];
 }
 
+const SECONDS = 40;
+/** Of five plans, one for each time to leave. */
+const SECONDS_OF_WINDOW = 150;
+
 export const planned = signal<PlannedPath | null>(null);
 export const stripShown = signal<Strip>("dilution");
 export const pathLine = signal<readonly Vertex[]>([]);
 export const blockedAt = signal<Place | null>(null);
 export const markedVertex = signal<Vertex | null>(null);
-let stopping: AbortController | null = null;
 
 const polygon = (ring: Ring): { ring: Ring } => ({ ring });
 
@@ -51,7 +56,13 @@ interface PathLimits {
   readonly dop_limit?: number;
 }
 
-/** What the service is asked about a mission's path. */
+/** When it leaves, where that makes a difference: the window in which it may, and by when it has to be there. */
+function windowBody({ departure_s, leave_by_s, arrive_by_s }: Mission["route"]): Record<string, unknown> {
+  if (leave_by_s === null) return { departure_s };
+  return { departure_s, leave_by_s, ...(arrive_by_s === null ? {} : { arrive_by_s }) };
+}
+
+/** What the service is asked about a mission's path; anchors that fly count where they are when the rover comes. */
 export function pathQuestion(now: Mission): Record<string, unknown> & { readonly limits: PathLimits } {
   const { route, rover, positioning } = now;
   if (!ground.value) throw new Error(words.chooseGround);
@@ -65,9 +76,12 @@ export function pathQuestion(now: Mission): Record<string, unknown> & { readonly
     bubble_epsilon: route.bubble_epsilon,
     ...(route.keep_dop ? { dop_limit: positioning.dop_limit } : {}),
   };
+  const moves = now.anchors.some(flies);
   return {
     dem_id: ground.value.dem.id,
-    ...sightBody(now),
+    ...sightBody(now, { anchors: now.anchors.filter((one) => !flies(one)), heard: isHeard(now) }),
+    ...(moves ? { tracks: tracksBody(now.anchors, ground.value.dem.cell_east_m, isHeard(now)), ...windowBody(route) } : {}),
+    ...(route.alternatives > 0 ? { alternatives: route.alternatives } : {}),
     start: route.start,
     goals: [route.goal],
     way_points: route.way_points,
@@ -76,7 +90,7 @@ export function pathQuestion(now: Mission): Record<string, unknown> & { readonly
     rover,
     limits,
     mode: "fast",
-    budget: { seconds: 40, sampling: false },
+    budget: { seconds: moves && route.leave_by_s !== null ? SECONDS_OF_WINDOW : SECONDS, sampling: false },
   };
 }
 
@@ -96,10 +110,7 @@ export function isPathCurrent(): boolean {
 export async function planPath(): Promise<void> {
   const body = pathQuestion(mission.value);
   const heard = isHeard(mission.value);
-  setBusy("path", null);
-  stopping = new AbortController();
-  try {
-    const following = { progress: (share: number | null) => setBusy("path", share), signal: stopping.signal };
+  await working("path", async (following) => {
     const job = await calculate<PathAnswer>("/paths", body, following);
     const found = job.result.status === "found";
     const rows = found ? tableOf(await (await ask(layer(job, "path.csv"))).text()) : [];
@@ -107,14 +118,7 @@ export async function planPath(): Promise<void> {
     planned.value = { key: JSON.stringify(body), heard, answer: job.result, vertices, downloads: job.layers };
     pathLine.value = vertices;
     blockedAt.value = job.result.unreachable?.where ?? null;
-  } finally {
-    stopping = null;
-    setBusy("path", undefined);
-  }
-}
-
-export function cancelPath(): void {
-  stopping?.abort();
+  });
 }
 
 export function forgetPath(): void {

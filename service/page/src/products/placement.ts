@@ -6,34 +6,59 @@ import type { Place, PlacedAnchor, PlacementAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
 import { bytesOf } from "../geo/rasters";
 import { isHeard, sightBody } from "../mission/hearing";
-import { type Anchor, type Mission, newAnchor, nextId, type Placing, type Ring, type Rules } from "../mission/mission";
-import { change, ground, mission, overlay, setBusy } from "../state";
+import { type Anchor, type Mission, newAnchor, nextId, type Placing, type Positioning, type Ring, type Rules } from "../mission/mission";
+import { change, ground, mission, overlay } from "../state";
 import { words } from "../words";
+import { fixNeeds } from "./dark";
 import { pathLine } from "./path";
+import { working } from "./working";
 
 export const ghosts = signal<readonly PlacedAnchor[]>([]);
-export const placement = signal<PlacementAnswer | null>(null);
+/** What was found; proposed: by a map of sites, not on a lattice, lay the places that were tried. */
+export const placement = signal<(PlacementAnswer & { readonly proposed: boolean }) | null>(null);
 /** How many anchors are in sight of, or usable at, each kept post with all that was found, of so many; 255 where there is no ground. */
 export const after = signal<{ readonly of: number; readonly count: Uint8Array; readonly heard: boolean } | null>(null);
+/** Of a lattice: some hundred places, and some dozen where every place takes a map of its signal. */
 const PLACES_ACROSS = 28;
+const HEARD_ACROSS = 9;
+/** What the service takes as enough for coverage where nobody says. */
+const USUAL_COVERAGE = 4;
 
-/** A lattice of some hundred places over the ground, unless the planner says how wide. */
-export function spacingOf(here: Ground, asked: number | null): number {
-  if (asked !== null) return asked;
+/** A lattice over where the mission is, unless the planner says how wide. */
+export function spacingOf(here: Ground, now: Pick<Mission, "anchors" | "area" | "placing" | "positioning">): number {
+  const { area, placing } = now;
+  if (placing.spacing_m !== null) return placing.spacing_m;
+  const span = (metres: readonly number[]): number => Math.max(...metres) - Math.min(...metres);
   const { west, east, south, north } = here.extent;
-  return Math.max(east - west, north - south) / PLACES_ACROSS;
+  const across = area ? Math.max(span(area.map(({ east_m }) => east_m)), span(area.map(({ north_m }) => north_m))) : Math.max(east - west, north - south);
+  return across / (isHeard(now) ? HEARD_ACROSS : PLACES_ACROSS);
 }
 
 type Goal = Pick<Placing, "objective" | "min_anchors">;
+
+/** Whether a rover that moves along the surface only is placed for. */
+const isAlong = ({ objective }: Goal, { on_surface }: Positioning): boolean => objective === "mean_error" || on_surface;
+
+/** How many anchors are enough where the planner does not say: what the service takes then. */
+export function enoughOf(goal: Goal, positioning: Positioning): number {
+  if (goal.min_anchors !== null) return goal.min_anchors;
+  return goal.objective === "coverage" ? USUAL_COVERAGE : fixNeeds({ ...positioning, on_surface: isAlong(goal, positioning) });
+}
+
+/** What is good, as questions say it; along the surface there is one dilution, which has no measure. */
+export function goalBody(positioning: Positioning, goal: Goal): Record<string, unknown> {
+  const { kind, measure, dop_limit } = positioning;
+  const { objective, min_anchors } = goal;
+  const least = min_anchors === null ? {} : { min_anchors };
+  return { objective, ...least, kind, dop_limit, ...(isAlong(goal, positioning) ? { on_surface: true } : { measure }) };
+}
 
 /** So many more anchors than a mission has, for these targets; of usable signals they have the radio of the last. */
 export function placementBody(here: Ground, now: Mission, count: number, targets: Record<string, unknown>, goal: Goal): Record<string, unknown> {
   const { anchors, area, placing, positioning, rover, route, rules } = now;
   const radio = isHeard(now) ? { radio: anchors.at(-1)?.radio } : {};
-  const { kind, measure, dop_limit } = positioning;
-  // a rover on the ground moves along the surface, where there is one dilution
-  const wanted = goal.objective === "mean_error" ? { on_surface: true } : { measure };
-  const places = { spacing_m: spacingOf(here, placing.spacing_m), above_ground_m: [placing.above_ground_m] };
+  const tried = placing.best_sites === null ? { spacing_m: spacingOf(here, now) } : { best_sites: placing.best_sites };
+  const places = { ...tried, above_ground_m: [placing.above_ground_m] };
   return {
     dem_id: here.dem.id,
     ...sightBody(now),
@@ -41,7 +66,7 @@ export function placementBody(here: Ground, now: Mission, count: number, targets
     count,
     candidates: [{ ...places, ...(area ? { area: { ring: area } } : {}) }],
     targets: { receiver_above_ground_m: rover.receiver_above_ground_m, ...targets },
-    goal: { ...goal, kind, dop_limit, ...wanted },
+    goal: goalBody(positioning, goal),
     rules: rulesBody(rules, route.no_go),
     mode: "fast",
     time_limit_s: 30,
@@ -58,18 +83,15 @@ export async function findMore(): Promise<void> {
   const path = thinned(along).map(({ east_m, north_m }) => ({ east_m, north_m }));
   const { objective, min_anchors } = placing;
   const body = placementBody(here, mission.peek(), placing.count, placing.where === "path" ? { path } : ring, { objective, min_anchors });
-  setBusy("placement", null);
-  try {
-    const job = await calculate<PlacementAnswer>("/placements", body, { progress: (share) => setBusy("placement", share) });
+  await working("placement", async (following) => {
+    const job = await calculate<PlacementAnswer>("/placements", body, following);
     const placed = job.result.placed.map((one, number) => ({ ...one, id: `P${number + 1}` }));
     const [, count] = await bytesOf(job, "count.tif", here);
     after.value = { of: anchors.length + placed.length, count: count as Uint8Array, heard: "radio" in body };
-    placement.value = { ...job.result, placed };
+    placement.value = { ...job.result, placed, proposed: placing.best_sites !== null };
     ghosts.value = placed;
     void ask(job.links.self, { method: "DELETE" });
-  } finally {
-    setBusy("placement", undefined);
-  }
+  });
 }
 
 /** The rules as drawn; where the rover must not go, no anchor is put either. */

@@ -4,8 +4,9 @@ import { ask } from "../api/http";
 import { calculate } from "../api/jobs";
 import type { Summary } from "../api/types";
 import { floatsOf } from "../geo/rasters";
-import { ground, mission, overlay, setBusy } from "../state";
+import { ground, mission, overlay } from "../state";
 import { words } from "../words";
+import { working } from "./working";
 
 export interface Sites {
   readonly key: string;
@@ -37,14 +38,11 @@ export async function askForSites(): Promise<void> {
   const body = question();
   const here = ground.peek();
   if (!here) return;
-  setBusy("sites", null);
-  try {
-    const job = await calculate<Summary>("/site-maps", body, { progress: (share) => setBusy("sites", share) });
+  await working("sites", async (following) => {
+    const job = await calculate<Summary>("/site-maps", body, following);
     const [seen] = await floatsOf(job, "seen.tif", here);
     sites.value = { key: JSON.stringify(body), seen: seen as Float32Array, answer: job.result };
     overlay.value = "sites";
     await ask(job.links.self, { method: "DELETE" });
-  } finally {
-    setBusy("sites", undefined);
-  }
+  });
 }
