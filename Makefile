@@ -70,7 +70,7 @@ fuzz: $(INSTALLED) $(WARM)
 serve: $(WARM)
 	$(BIN)/sightline serve
 
-# the planner's built files, which are committed: only who changes service/page needs node (20 or newer) and npm
+# the planner's built files, which are committed: only who changes service/page needs node (20.19 or newer) and npm
 page:
 	cd service/page && npm ci --ignore-scripts && npm run check && npm test && npm run build
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import gzip
-import hashlib
 import io
-import json
 import re
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -20,10 +16,6 @@ from service.http.web_page import BUILT
 from tests.service.running import Server
 
 PAGE = BUILT.parent
-SOURCES = (
-    *("src", "tools", "index.html", "docs.html", "package.json", "package-lock.json", "tsconfig.json"),
-    "vite.config.ts",
-)
 ANCHORS = [
     {"id": name, "lon_deg": lon_deg, "lat_deg": lat_deg, "above_ground_m": 150.0}
     for name, lon_deg, lat_deg in (("D1", -84.2392, 36.33), ("D2", -84.1443, 36.3836), ("D3", -84.1107, 36.2963))
@@ -69,44 +61,6 @@ def test_every_file_of_the_page_is_served(server: Server, name: str) -> None:
     if name.endswith(".js.gz"):
         assert answer.headers["Content-Type"].startswith("text/javascript")
         assert b"SwaggerUIBundle" in answer.content
-
-
-def digest_of(paths: list[Path]) -> str:
-    """SHA-256 over the digests and names of files, as service/page/tools/finish.mjs makes it."""
-    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(PAGE).as_posix()}" for path in paths]
-    return hashlib.sha256("\n".join(sorted(lines)).encode()).hexdigest()
-
-
-def test_the_built_files_are_those_of_the_sources_and_the_lock() -> None:
-    told = json.loads((BUILT / "digest.json").read_text(encoding="utf-8"))
-    sources = [file for name in SOURCES for file in ([PAGE / name] if (PAGE / name).is_file() else files(PAGE / name))]
-    assert digest_of(sources) == told["sources"], (
-        "the sources have changed since: run make page, and commit what it builds"
-    )
-    built = [file for file in files(BUILT) if file.name != "digest.json"]
-    assert digest_of(built) == told["built"], "the built files were changed by hand: run make page"
-
-
-def files(folder: Path) -> list[Path]:
-    return [path for path in folder.rglob("*") if path.is_file()]
-
-
-def test_the_planner_is_small_and_its_licences_go_with_it() -> None:
-    planner = [path for path in files(BUILT) if path.suffix in (".js", ".css", ".html") and "docs" not in path.name]
-    assert sum(len(gzip.compress(path.read_bytes())) for path in planner) <= 600_000
-    licences = (BUILT / "LICENSES.txt").read_text(encoding="utf-8")
-    lock = json.loads((PAGE / "package-lock.json").read_text(encoding="utf-8"))
-    shipped = {
-        path.split("node_modules/")[-1] for path, entry in lock["packages"].items() if path and not entry.get("dev")
-    }
-    assert {name for name in shipped if f"## {name} " not in licences} == set()
-
-
-def test_the_lock_names_versions_and_digests_and_no_host() -> None:
-    text = (PAGE / "package-lock.json").read_text(encoding="utf-8")
-    assert '"resolved"' not in text
-    packages = {path: entry for path, entry in json.loads(text)["packages"].items() if path}
-    assert [path for path, entry in packages.items() if not entry.get("integrity")] == []
 
 
 @pytest.mark.parametrize("path", ["/page/nothing.js", "/page/", "/page/../app.py", "/page/%2e%2e/package.json"])
