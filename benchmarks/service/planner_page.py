@@ -19,6 +19,7 @@ from benchmarks.terrains import DATA, fractal_m
 from service.cli.own_service import running_service
 from service.http.web_page import BUILT
 from tests.service.browser import Browser, browsing
+from tests.stories.mission_by_mouse import mission_by_mouse
 
 __all__ = ["planner"]
 
@@ -34,7 +35,8 @@ headless and without a graphics card, the service on the same machine. A drag mo
 step to the first map that is newer, from letting go to the map of the last place. Slider: the antenna's height with all
 anchors in sight on the map, frames drawn in 3 s. Read-out: from resting the pointer to clearances, dilution and error
 from the service; height, slope and sight are there at once. DEMs of others lie in ../shared. 1,000 drags are what
-the page asks for in them, without the page; memory and files after a tenth of them, and at the end."""
+the page asks for in them, without the page; memory and files after a tenth of them, and at the end. The README's
+mission goes by mouse events from a page that knows nothing: five drones found and taken, a path, three files saved."""
 FRAMES = (
     "(async () => { const all = [...document.querySelectorAll('input[type=range]')]; "
     "const e = all.find((one) => one.max === '30'); "
@@ -54,7 +56,8 @@ def planner() -> Table:
         dems = {posts: _uploaded(client, posts) for posts in (DRAG_POSTS, SLIDER_POSTS)}
         remains = _thousand_drags(client, Path(name))
         with browsing(Path(name) / "profile") as page:
-            rows = [*_opening(page, client), *_dragging(page, client, dems[DRAG_POSTS])]
+            rows = [_mission(page, client, Path(name)), *_opening(page, client)]
+            rows += _dragging(page, client, dems[DRAG_POSTS])
             rows += _sliding(page, client, dems[SLIDER_POSTS])
             for called, path in real.items():
                 rows += _on_real_ground(page, client, called, path)
@@ -119,6 +122,18 @@ def _held(folder: Path) -> tuple[int, int]:
     memory = sum(child.memory_info().rss for child in psutil.Process().children(recursive=True))
     files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(NO_RESULTS)]
     return memory, sum(path.stat().st_size for path in files)
+
+
+def _mission(page: Browser, client: httpx.Client, folder: Path) -> Row:
+    """The whole of the README's mission, pictures of its steps included."""
+    saved = folder / "saved"
+    saved.mkdir()
+    began_s = time.perf_counter()
+    page.open(str(client.base_url))
+    page.until("!!document.getElementById('mode-ground') && !!window.planner")
+    mission_by_mouse(page, saved, lambda step: page.screenshot(folder / f"{step}.png"))
+    whole_s = time.perf_counter() - began_s
+    return Row(("the README's mission by mouse: place, plan, export", duration(whole_s)), "≤ 90 s", whole_s <= 90.0)
 
 
 def _opening(page: Browser, client: httpx.Client) -> list[Row]:

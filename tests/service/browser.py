@@ -8,7 +8,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,11 +20,12 @@ from websockets.sync.client import ClientConnection, connect
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 MAY_TAKE_S = 150.0
-KEYS = {"ArrowRight": 39, "ArrowUp": 38, "Delete": 46, "Enter": 13, "Escape": 27, "Tab": 9, "z": 90, "y": 89}
+ARROWS = {"ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
+KEYS = {**ARROWS, "Delete": 46, "Enter": 13, "Escape": 27, "Tab": 9, "z": 90, "y": 89}
 CONTROL = 2  # of DevTools' key modifiers
 # Pixels of a share of an element's box, once a press there meets it: in place for two frames, enabled, nothing over it.
 PRESSABLE = """(async () => {{
-  const one = document.querySelector({selector!r});
+  const one = {element};
   if (!one || one.disabled) return null;
   one.scrollIntoView({{block: 'nearest'}});
   const box = () => {{ const b = one.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; }};
@@ -84,8 +85,18 @@ class Browser:
 
     def click(self, selector: str, across: float = 0.5, down: float = 0.5) -> None:
         """Press and let go of the mouse at a share of the element's width and height, once it lies there on top."""
-        x, y = self.until(PRESSABLE.format(selector=selector, across=across, down=down))
-        self.click_at(x, y)
+        self.click_on(f"document.querySelector({selector!r})", across, down)
+
+    def click_on(self, element: str, across: float = 0.5, down: float = 0.5, times: int = 1) -> None:
+        """The same of what an expression finds."""
+        x, y = self.until(PRESSABLE.format(element=element, across=across, down=down))
+        self.click_at(x, y, times)
+
+    def type_over(self, selector: str, text: str) -> None:
+        """Click three times into a field, which takes hold of all that stands there, type, and leave it."""
+        self.click_on(f"document.querySelector({selector!r})", times=3)
+        self.call("Input.insertText", text=text)
+        self.press("Tab")
 
     def forget(self, origin: str) -> None:
         """Leave the page, so that it writes no more, and clear all that it kept in the browser."""
@@ -142,6 +153,25 @@ class Browser:
             f"(() => {{ const e = document.querySelector({selector!r}); e.value = {value!r}; "
             "e.dispatchEvent(new Event('change', {bubbles: true})); })()"
         )
+
+    def pick(self, selector: str, words: str) -> None:
+        """Open a select with the mouse, go to the option that begins with these words, and take it."""
+        options = f"[...document.querySelector({selector!r}).options].filter((one) => !one.disabled)"
+        steps = self.until(
+            f"(({{all, now}}) => {{ const to = all.findIndex((one) => one.text.startsWith({words!r})); "
+            f"return to < 0 ? null : [to - all.indexOf(now)]; }})({{all: {options}, "
+            f"now: document.querySelector({selector!r}).selectedOptions[0]}})"
+        )[0]
+        self.click(selector)
+        for _ in range(abs(steps)):
+            self.press("ArrowDown" if steps > 0 else "ArrowUp")
+        self.press("Enter")
+
+    def let_go(self, paths: Sequence[Path], x: float, y: float) -> None:
+        """Files, or a folder, dragged from elsewhere onto the page and let go there."""
+        carried = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.call("Input.dispatchDragEvent", type=kind, x=x, y=y, data=carried)
 
     def upload(self, selector: str, path: Path) -> None:
         root = self.call("DOM.getDocument")["root"]["nodeId"]

@@ -47,11 +47,9 @@ def at(page: Browser, east_m: float, north_m: float) -> tuple[float, float]:
     return x, y
 
 
-def press_button(page: Browser, words: str) -> None:
-    """The button, shown and enabled, that begins with these words."""
-    find = f"[...document.querySelectorAll('button')].find((b) => b.textContent.startsWith({words!r}) && !b.disabled)"
-    page.until(f"!!{find}")
-    page.value(f"{find}.click()")
+def press_button(page: Browser, words: str, among: str = "button") -> None:
+    """The button (or what else is pressed) that begins with these words, once it is there and enabled."""
+    page.click_on(f"[...document.querySelectorAll({among!r})].find((b) => b.textContent.trim().startsWith({words!r}))")
 
 
 def field(page: Browser, label: str) -> str:

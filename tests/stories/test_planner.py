@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import re
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import gpxpy
 import pytest
 
 import dem_samples
+import terrain
 from tests.service.browser import CONTROL, Browser, browsing
 from tests.service.running import Server
+from tests.stories.mission_by_mouse import EXPORTED, GOAL, START, mission_by_mouse
 from tests.stories.planner import (
     VALLEY,
     at,
@@ -27,8 +31,6 @@ from tests.stories.planner import (
     slide,
     take,
 )
-
-START, GOAL = (645600, 5136000), (650500, 5138500)
 
 
 @pytest.fixture(scope="module")
@@ -46,33 +48,35 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
     assert browser.complaints == []
 
 
-def test_a_mission_from_an_empty_page_by_mouse(page: Browser) -> None:
-    take(page, "valley")
-    place_anchors(page)
-    page.click("#mode-coverage")
-    page.choose(field(page, "So that"), "coverage")
-    page.choose(field(page, "Enough anchors"), "3")
-    page.click("#find-more")
-    page.until("document.querySelectorAll('#found .list li').length === 2")
-    assert in_view(page, "#found .list")
-    for left in (1, 0):
-        page.click("#found .list .small")
-        page.until(f"document.querySelectorAll('#found .list li').length === {left}")
-    settled(page)
-    assert len(mission(page)["anchors"]) == 5
-    page.click("#mode-path")
-    page.click("#tool-start")
-    page.click_at(*at(page, *START))
-    page.click_at(*at(page, *GOAL))
-    page.choose(field(page, "Steepest"), "30")
-    page.choose(field(page, "Anchors in sight"), "3")
-    page.click("#plan-path")
-    page.until("(document.getElementById('path-answer')?.textContent ?? '').includes('validator passed')")
-    assert in_view(page, "#path-answer h3")
-    files = page.value("[...document.querySelectorAll('#path-answer a')].map((a) => a.textContent)")
-    assert {"path.gpx", "path.plan", "path.geojson"} <= set(files)
-    page.click("#mode-brief")
-    assert "fewest 3" in page.text("#go-no-go")
+def test_the_readmes_mission_from_an_empty_page_by_mouse(page: Browser, tmp_path: Path) -> None:
+    seen: list[str] = []
+
+    def look(step: str) -> None:
+        page.screenshot(tmp_path / f"{len(seen) + 1}.png")
+        seen.append(step)
+        if step == "places found":
+            assert in_view(page, "#found .list")
+        if step == "a path":
+            assert in_view(page, "#path-answer h3")
+
+    mission_by_mouse(page, tmp_path, look)
+    assert seen == ["an empty page", "a ground", "places found", "places taken", "a path", "files"]
+    planned, kept = page.text("#go-no-go"), mission(page)
+    assert float(re.search(r"below 5\D+([\d.]+)", planned)[1]) < 5.0  # type: ignore[index]
+    plan, archive, track = (tmp_path / name for name in EXPORTED)
+    points = json.loads(plan.read_text())["rallyPoints"]["points"]
+    frame = dem_samples.load_sample("valley")
+    assert len(points) == len(kept["anchors"]) == 5
+    for (lat_deg, lon_deg, *_), one in zip(points, kept["anchors"], strict=True):
+        assert terrain.to_grid_frame(frame, lon_deg, lat_deg) == pytest.approx((one["east_m"], one["north_m"]), abs=0.1)
+    with zipfile.ZipFile(archive) as inside:
+        assert any(name.endswith(".npz") for name in inside.namelist())
+    with track.open() as file:
+        [way] = gpxpy.parse(file).tracks
+    ends = [way.segments[0].points[number] for number in (0, -1)]
+    for point, place in zip(ends, (START, GOAL), strict=True):
+        metres = terrain.to_grid_frame(frame, point.longitude, point.latitude)
+        assert metres == pytest.approx(place, abs=frame.cell_east_m)
 
 
 def test_a_blocked_path_tells_where_and_by_what_and_the_remedy_opens_it(page: Browser) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import uuid
 from pathlib import Path
 from typing import Annotated, cast
@@ -28,6 +29,8 @@ __all__ = ["imports", "opened_mission", "router"]
 
 router = Router(prefix="/missions", tags=["Missions"])
 imports = Router(prefix="/imports", tags=["Missions"])
+# of a file, on one system or another
+NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
 Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.")]
 
 
@@ -38,7 +41,7 @@ Version = Annotated[int, Query(ge=1, le=2**53, description="Number of a version.
     responses={200: {"description": "The file."}, 206: PART, **problem_responses(404, 409, 416, 422, 503, 507)},
 )
 async def get_file(mission_id: str, name: str, service: ServiceDep, version: Version | None = None) -> Response:
-    """One of the files that its links name, of the newest version or of another."""
+    """One of the files that its links name, of the newest version or of another; saved as NAME OF THE MISSION.name."""
     file = MISSION_FILES.get(name)
     if file is None:
         raise NotFoundError("file", name, f"a mission has {', '.join(MISSION_FILES)}")
@@ -48,7 +51,8 @@ async def get_file(mission_id: str, name: str, service: ServiceDep, version: Ver
     await service.supervisor.ask("write-mission-file", arguments, token)
     folder = service.folder.work(token)
     gone = BackgroundTask(service.supervisor.in_store, service.folder.remove, folder)
-    return RangedFile(folder / file.name, media_type=file.media_type, filename=file.name, background=gone)
+    filename = f"{NOT_IN_NAMES.sub('_', mission.name).strip(' .')[:80] or 'mission'}.{file.name}"
+    return RangedFile(folder / file.name, media_type=file.media_type, filename=filename, background=gone)
 
 
 @imports.post(

@@ -30,7 +30,7 @@ import { probeTimesMs } from "./products/probe";
 import { overview } from "./products/library";
 import { awaitsSurfaces, surfaceTimesMs } from "./products/surfaces";
 import { heldByRaster, saysTrees, takeTrees } from "./products/trees";
-import { awaitsKeeping, openFile } from "./mission/keeping";
+import { awaitsKeeping, conflict, openFile, unsaved } from "./mission/keeping";
 import { theme } from "./theme";
 import { unit } from "./units";
 import { words } from "./words";
@@ -107,10 +107,13 @@ function Working() {
 /** What was refused and what happened: on the map beside the inspector, always in view, and nothing makes way for it. */
 function Told() {
   const where = refusals.value[mode.value] === undefined ? "anchors" : mode.value;
-  const refusal = refusals.value[where];
+  const told = refusals.value[where];
+  const keeping = conflict.value === null && (told === undefined || unsaved.value?.includes(told)) ? unsaved.value : null;
+  // one reason is told once
+  const refusal = keeping === null ? told : undefined;
   return (
     <div class="told">
-      <div role="alert"><Conflict />{refusal !== undefined && <p class="refusal" id="refusal">{refusal} <button type="button" class="small" onClick={() => accept(where)}>{ui.close}</button></p>}</div>
+      <div role="alert"><Conflict />{keeping !== null && <p class="refusal" id="unsaved">{keeping}</p>}{refusal !== undefined && <p class="refusal" id="refusal">{refusal} <button type="button" class="small" onClick={() => accept(where)}>{ui.close}</button></p>}</div>
       <div role="status">
         {notice.value !== "" && <p class="notice" id="notice">{notice.value} <button type="button" class="small" onClick={() => (notice.value = "")}>{ui.close}</button></p>}
       </div>
@@ -192,7 +195,10 @@ async function takeDropped(files: readonly File[], onTrees: boolean): Promise<vo
     mode.value = "ground";
     await attempt("ground", () => takeTrees(trees, heldByRaster.peek()));
   }
-  for (const file of files.filter(isMission)) await attempt("brief", () => openFile(file));
+  for (const file of files.filter(isMission)) {
+    mode.value = "brief";
+    await attempt("brief", () => openFile(file));
+  }
   for (const file of files.filter(isPlaces)) {
     mode.value = "anchors";
     await attempt("anchors", () => takePlaces(file));

@@ -68,11 +68,22 @@ export function open(next: Mission): void {
   history.value = begin(next);
 }
 
+/** What is being dragged goes back to where it was; else the last step is taken back. */
 export function undo(): void {
+  if (beforeDrag !== null) {
+    const present = beforeDrag;
+    beforeDrag = null;
+    batch(() => {
+      following.value = false;
+      history.value = { ...history.value, present };
+    });
+    return;
+  }
   history.value = undone(history.value);
 }
 
 export function redo(): void {
+  if (beforeDrag !== null) return;
   history.value = redone(history.value);
 }
 

@@ -1,12 +1,13 @@
 // Metres, or feet for those who think in them; and how numbers are written.
 import { effect, signal } from "@preact/signals";
+import { store, stored } from "./stored";
 
 export type LengthUnit = "m" | "ft";
 const FEET_PER_M = 1 / 0.3048;
 const KEY = "sightline.unit";
 
-export const unit = signal<LengthUnit>(localStorage.getItem(KEY) === "ft" ? "ft" : "m");
-effect(() => localStorage.setItem(KEY, unit.value));
+export const unit = signal<LengthUnit>(stored(KEY) === "ft" ? "ft" : "m");
+effect(() => void store(KEY, unit.value));
 
 export function fromMetres(metres: number): number {
   return unit.value === "ft" ? metres * FEET_PER_M : metres;

@@ -49,6 +49,11 @@ export const words = {
   noGeoJson: "This is no GeoJSON with points.",
   idTaken: (id: string) => (id === "" ? "An anchor needs an id." : `There is an anchor ${id.slice(0, 60)} already.`),
   noNumber: (name: string, value: string) => `${name} is no number: ${value.slice(0, 40)}.`,
+  wantsNumber: (name: string, least: number | undefined, most: number | undefined, whole: boolean) =>
+    `${name} wants a ${whole ? "whole " : ""}number${least === undefined ? "" : ` from ${least}`}${most === undefined ? (least === undefined ? "" : " on") : ` to ${most}`}.`,
+  noMission: (name: string, why: string) => `${name.slice(0, 60)} is no mission that Sightline wrote: ${why}`,
+  fileUnreadable: (name: string) => `${name.slice(0, 60)} cannot be read: it is a folder, or was changed or taken away since.`,
+  notSavedFor: (why: string, onlyHere: boolean) => `The mission is not saved. ${why}${onlyHere ? " This browser has no room to keep it meanwhile: leave this page open until it is saved." : ""}`,
   notSaved: "The mission is not saved yet.",
   nothingToSave: "There is nothing to save yet: choose a ground first.",
   saving: (state: "new" | "saved" | "unsent" | "saving" | "conflict", failed: boolean) =>

@@ -216,3 +216,19 @@ def test_missions_outlive_a_kill_and_have_limits(tmp_path: Path) -> None:
         versions = second.client.get(told["links"]["versions"]).json()["versions"]
         # the first and the newest without names, and the one with a name
         assert [(one["version"], one["name"]) for one in versions] == [(7, None), (2, "as driven"), (1, None)]
+
+
+@pytest.mark.parametrize(
+    ("name", "saved"),
+    [
+        ("Drill 7", 'filename="Drill 7.mission.json"'),
+        ('a/b\\c:"d".', 'filename="a_b_c_d_.mission.json"'),
+        ("Übung", "filename*=utf-8''%C3%9Cbung.mission.json"),
+        ("..", 'filename="mission.mission.json"'),
+    ],
+)
+def test_a_downloaded_mission_is_saved_under_its_name(server: Server, name: str, saved: str) -> None:
+    told = kept(server, {"format": "sightline-mission", "version": 1, "name": name})
+    answer = server.client.get(f"{told['links']['self']}/files/mission.json")
+    assert answer.headers["Content-Disposition"] == f"attachment; {saved}"
+    assert answer.json()["name"] == name

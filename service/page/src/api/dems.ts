@@ -1,6 +1,6 @@
 // Grounds of the service.
 import { words } from "../words";
-import { ask, askJson, posted, Refusal } from "./http";
+import { askBytes, askJson, posted, Refusal } from "./http";
 import type { Dem } from "./types";
 
 export const SAMPLES = ["jacksboro", "valley", "crater"] as const;
@@ -94,8 +94,7 @@ export interface Heights {
 export async function heightsOf(dem: Dem): Promise<Heights> {
   let level = 0;
   while ((dem.rows >> level) * (dem.cols >> level) > MOST_POSTS) level += 1;
-  const answer = await ask(`/dems/${encodeURIComponent(dem.id)}/heights?level=${level}`);
-  const heightsM = new Float32Array(await answer.arrayBuffer());
+  const heightsM = new Float32Array(await askBytes(`/dems/${encodeURIComponent(dem.id)}/heights?level=${level}`));
   const step = 2 ** level;
   const [rows, cols] = [Math.ceil(dem.rows / step), Math.ceil(dem.cols / step)];
   if (heightsM.length !== rows * cols) throw new Refusal(words.heightsTorn(dem.name), 0, "");

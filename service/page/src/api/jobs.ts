@@ -1,11 +1,13 @@
 // A calculation from asking to its result.
 import { words } from "../words";
-import { ask, askJson, posted, Refusal } from "./http";
+import { AGAIN_MS, ask, askJson, isPassing, posted, Refusal } from "./http";
 import type { Job } from "./types";
 
 /** What is quick is answered at once; of the rest the service tells how far it is. */
 const WAIT_S = 1;
-const AGAIN_MS = 300;
+const BROKEN_MS = 300;
+/** A service that starts again goes on with its jobs; one that is silent for longer is given up. */
+const MOST_SILENT = 15;
 const UNDER_WAY = new Set(["queued", "running"]);
 
 export interface Following {
@@ -24,13 +26,24 @@ export async function calculate<R>(path: string, body: unknown, following: Follo
     }
     following.progress?.(job.progress);
     await untilOver(job.links.self, following);
-    job = await askJson<Job<R>>(job.links.self);
+    job = await askPatiently<Job<R>>(job.links.self, following);
   }
   const { result } = job;
   if (job.status !== "succeeded" || result === null) {
     throw new Refusal(job.problem?.detail ?? words.calculationIs(job.status), 0, "");
   }
   return { ...job, result };
+}
+
+async function askPatiently<T>(self: string, { signal }: Following): Promise<T> {
+  for (let silent = 1; ; silent += 1) {
+    try {
+      return await askJson<T>(self);
+    } catch (error) {
+      if (!isPassing(error) || silent === MOST_SILENT || signal?.aborted) throw error;
+      await new Promise((resume) => setTimeout(resume, AGAIN_MS));
+    }
+  }
 }
 
 /** Follow the service's events until it is over, is to be cancelled, or the events break off and it is asked instead. */
@@ -45,7 +58,7 @@ async function untilOver(self: string, { progress, signal }: Following): Promise
     if (signal?.aborted) end();
   });
   events.close();
-  if (broken) await new Promise((resume) => setTimeout(resume, AGAIN_MS));
+  if (broken) await new Promise((resume) => setTimeout(resume, BROKEN_MS));
 }
 
 export function layer(job: Job<unknown>, name: string): string {

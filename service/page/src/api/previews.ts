@@ -1,5 +1,5 @@
 // Maps by a look: numbers over the kept posts, calculated while one waits, of which the service keeps nothing.
-import { ask, posted } from "./http";
+import { askBytes, posted } from "./http";
 import type { Dem, Summary } from "./types";
 
 export interface Preview extends Summary {
@@ -17,7 +17,7 @@ const HEARD_POSTS = 150_000;
 const DRAGGED_HEARD_POSTS = 20_000;
 
 export async function preview(body: unknown): Promise<Preview> {
-  const answer = await (await ask("/previews", posted(body, WAIT_S))).arrayBuffer();
+  const answer = await askBytes("/previews", posted(body, WAIT_S));
   const bytes = new Uint8Array(answer);
   const end = bytes.indexOf(LINE_END);
   const told = JSON.parse(new TextDecoder().decode(bytes.subarray(0, end))) as Omit<Preview, "arrays">;

@@ -1,5 +1,5 @@
 // Raster layers of finished calculations as arrays, at the level that the ground is held at: a large one is never sent whole.
-import { ask, Refusal } from "../api/http";
+import { askBytes, Refusal } from "../api/http";
 import { layer } from "../api/jobs";
 import type { Job } from "../api/types";
 import { words } from "../words";
@@ -18,7 +18,7 @@ export async function bytesOf(job: Job<unknown>, name: string, here: Ground): Pr
 
 async function levelOf(job: Job<unknown>, name: string, here: Ground): Promise<ArrayBuffer> {
   const tiles = layer(job, name).replace("/layers/", "/tiles/");
-  return (await ask(`${tiles}/${here.heights.level}`)).arrayBuffer();
+  return askBytes(`${tiles}/${here.heights.level}`);
 }
 
 function bandsOf<T extends Float32Array | Uint8Array>(numbers: T, name: string, here: Ground): readonly T[] {

@@ -2,10 +2,11 @@
 import { at } from "../api/here";
 import { effect, signal } from "@preact/signals";
 import { getDem } from "../api/dems";
-import { Refusal } from "../api/http";
+import { AGAIN_MS, isPassing, Refusal } from "../api/http";
 import { addMission, addMissionFile, getMission, type Opened, saveMission } from "../api/missions";
 import { takeGround, waitFor } from "../ground";
 import { accept, change, isFollowing, mission, notice, open } from "../state";
+import { store, stored } from "../stored";
 import { words } from "../words";
 import { type Mission, NEW_MISSION } from "./mission";
 import { claimTab, forgetUnsent, keepUnsent, leftBehind, ownUnsent, type Unsent } from "./unsent";
@@ -24,15 +25,16 @@ export const conflict = signal<string | null>(null);
 export const unsaved = signal<string | null>(null);
 const NAME = "sightline.name";
 const LAST = "sightline.last";
-export const who = signal(localStorage.getItem(NAME) ?? "");
-effect(() => localStorage.setItem(NAME, who.value));
+export const who = signal(stored(NAME) ?? "");
+effect(() => void store(NAME, who.value));
 
 const SETTLE_MS = 600;
-const RETRY_MS = 4000;
 /** The document that the service has. */
 let sent: Mission = NEW_MISSION;
 let timer: number | undefined;
 let underWay: Promise<void> | null = null;
+/** Whether what is not sent is lost with this tab. */
+let onlyHere = false;
 
 /** Whether something is on its way to the service, or soon will be. */
 export function awaitsKeeping(): boolean {
@@ -47,7 +49,7 @@ function later(ms: number): void {
 function take(told: { id: string; version: number }, document: Mission): void {
   sent = document;
   kept.value = { id: told.id, version: told.version };
-  localStorage.setItem(LAST, told.id);
+  store(LAST, told.id);
   const address = at(`/?mission=${told.id}`);
   if (location.pathname + location.search !== address) history.replaceState(null, "", address);
 }
@@ -93,12 +95,12 @@ function fail(error: Refusal): void {
     return;
   }
   saving.value = "unsent";
-  unsaved.value = error.message;
+  unsaved.value = words.notSavedFor(error.message, onlyHere);
   if (error.status === 404) {
     // deleted by somebody else: what is here goes on as a new one
     kept.value = null;
     later(SETTLE_MS);
-  } else if (error.status === 0 || error.status === 429 || error.status >= 500) later(RETRY_MS);
+  } else if (isPassing(error)) later(AGAIN_MS);
 }
 
 /** Undo or redo led back to what the service has before anything else was sent. */
@@ -119,7 +121,7 @@ function watch(): void {
       return;
     }
     const here = kept.peek();
-    keepUnsent({ id: here?.id ?? null, version: here?.version ?? 0, mission: now, at_ms: Date.now() });
+    onlyHere = !keepUnsent({ id: here?.id ?? null, version: here?.version ?? 0, mission: now, at_ms: Date.now() });
     if (saving.peek() === "conflict") return;
     saving.value = "unsent";
     later(SETTLE_MS);
@@ -148,7 +150,11 @@ export async function show(told: Opened): Promise<void> {
 }
 
 export async function openFile(file: File): Promise<void> {
-  const told = await addMissionFile(file, who.peek());
+  const told = await addMissionFile(file, who.peek()).catch((error: unknown) => {
+    // neither JSON nor a zip of Sightline, or one of something else
+    const isFile = error instanceof Refusal && (error.status === 400 || error.status === 422);
+    throw isFile ? new Refusal(words.noMission(file.name, error.message), error.status, error.type) : error;
+  });
   await show(told);
   notice.value = [words.opened(told.name), ...told.told].join(" ");
 }
@@ -191,11 +197,11 @@ export async function beginKeeping(): Promise<void> {
   watch();
   if (own && (asked === null || asked === own.id)) await resume(own);
   else {
-    const last = asked ?? localStorage.getItem(LAST);
+    const last = asked ?? stored(LAST);
     try {
       if (last !== null) await show(await getMission(last));
     } catch (error) {
-      if (asked === null && error instanceof Refusal && error.status === 404) localStorage.removeItem(LAST);
+      if (asked === null && error instanceof Refusal && error.status === 404) store(LAST, null);
       else throw error;
     }
   }

@@ -1,5 +1,5 @@
 // Anchors, route and areas from files of other programs, and to them. The service reads and writes the files.
-import { at } from "../api/here";
+import { ask, blobOf, fileNameIn } from "../api/http";
 import { signal } from "@preact/signals";
 import { importPlaces, type Imported } from "../api/imports";
 import { pathOf } from "../api/missions";
@@ -20,18 +20,21 @@ const EXPORTS = {
   GPX: "mission.gpx",
   ".plan": "anchors.plan",
 } as const;
-const ENDINGS = { "anchors.csv": "csv", "mission.geojson": "geojson", "mission.kml": "kml", "mission.kmz": "kmz", "mission.gpx": "gpx", "anchors.plan": "plan", "mission.json": "sightline.json", "mission.zip": "sightline.zip" } as const;
+const LINK_LASTS_MS = 60_000;
 const found = signal<Imported | null>(null);
 
-/** Whatever is on the screen is saved first, so that the file is of it. */
-export async function saveFile(name: keyof typeof ENDINGS): Promise<void> {
+/** Whatever is on the screen is saved first, so that the file is of it; the service gives it the mission's name. */
+export async function saveFile(name: ExportFile | "mission.json" | "mission.zip"): Promise<void> {
   await saved();
   const here = kept.peek();
   if (!here) throw new Error(words.nothingToSave);
+  // fetched and not followed as a link, for a browser says nothing of a download that was refused
+  const file = await ask(`${pathOf(here.id)}/files/${name}`);
   const link = document.createElement("a");
-  link.href = at(`${pathOf(here.id)}/files/${name}`);
-  link.download = `${mission.peek().name}.${ENDINGS[name]}`;
+  link.href = URL.createObjectURL(await blobOf(file));
+  link.download = fileNameIn(file.headers.get("Content-Disposition")) ?? name;
   link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), LINK_LASTS_MS);
 }
 
 async function exportFile(name: ExportFile): Promise<void> {

@@ -3,7 +3,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
 import type { Summary } from "../api/types";
 import { stop } from "../products/working";
-import { busy, refuse, type Mode } from "../state";
+import { accept, busy, refusals, refuse, type Mode } from "../state";
 import { fromMetres, toMetres, unit } from "../units";
 import { words } from "../words";
 
@@ -22,9 +22,14 @@ export function NumberField({ label, value, min, max, step = "any", optional, wh
   const id = useId();
   const commit = (input: HTMLInputElement): void => {
     const empty = input.value.trim() === "";
-    if (empty && optional) onValue(null);
-    else if (empty || !Number.isFinite(input.valueAsNumber)) refuse(where, words.noNumber(label, input.value));
-    else onValue(input.valueAsNumber);
+    const wanted = words.wantsNumber(label, min, max, step === 1);
+    // what is no number reads as empty
+    if (empty && optional && !input.validity.badInput) onValue(null);
+    else if (empty || !input.validity.valid) {
+      refuse(where, wanted);
+      return;
+    } else onValue(input.valueAsNumber);
+    if (refusals.peek()[where] === wanted) accept(where);
   };
   const limits = { ...(min === undefined ? {} : { min }), ...(max === undefined ? {} : { max }) };
   return (

@@ -1,6 +1,8 @@
-// One question that is asked again and again as the mission changes: one at a time, the newest next, what was refused not again.
+// One question that is asked again and again as the mission changes: one at a time, the newest next, what was
+// refused not again unless the reason passes.
 import { effect, type Signal } from "@preact/signals";
 import type { Ground } from "../geo/grid";
+import { AGAIN_MS, isPassing } from "../api/http";
 import { accept, dem, refuse, setBusy } from "../state";
 
 interface Wanted {
@@ -48,8 +50,9 @@ export function asking<W extends Wanted, F extends { readonly key: string }>({ w
       accept("coverage");
       if (dem.peek()?.id === now.on.dem.id) answer.value = found;
     } catch (error) {
-      refusedKey = now.key;
       refuse("coverage", error);
+      if (isPassing(error)) await new Promise((resume) => setTimeout(resume, AGAIN_MS));
+      else refusedKey = now.key;
     } finally {
       running = false;
       setBusy(work, undefined);

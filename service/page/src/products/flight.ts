@@ -1,6 +1,6 @@
 // A drone's flight from place to place: above the morphing map, below the ceiling, clear of the ground.
 import { computed, signal } from "@preact/signals";
-import { ask } from "../api/http";
+import { askText } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { FlightAnswer, LayerLink, Place } from "../api/types";
 import { sightBody } from "../mission/hearing";
@@ -58,7 +58,7 @@ export async function planFlight(): Promise<void> {
   const body = question(mission.peek());
   await working("flight", async (following) => {
     const job = await calculate<FlightAnswer>("/flights", body, following);
-    const rows = job.result.totals === null ? [] : tableOf(await (await ask(layer(job, "flight.csv"))).text());
+    const rows = job.result.totals === null ? [] : tableOf(await askText(layer(job, "flight.csv")));
     flight.value = { key: JSON.stringify(body), answer: job.result, air: rows.map(stepOf), downloads: job.layers };
   });
 }

@@ -1,6 +1,6 @@
 // The path of the rover: asked for, drawn in strips, and where it is blocked.
 import { effect, signal } from "@preact/signals";
-import { ask } from "../api/http";
+import { askText } from "../api/http";
 import { calculate, layer } from "../api/jobs";
 import type { LayerLink, PathAnswer, Place, Relaxation } from "../api/types";
 import { css, limitSteps, SLOPE_STEPS, countColour, stepColour } from "../map/palettes";
@@ -113,7 +113,7 @@ export async function planPath(): Promise<void> {
   await working("path", async (following) => {
     const job = await calculate<PathAnswer>("/paths", body, following);
     const found = job.result.status === "found";
-    const rows = found ? tableOf(await (await ask(layer(job, "path.csv"))).text()) : [];
+    const rows = found ? tableOf(await askText(layer(job, "path.csv"))) : [];
     const vertices = rows.map(vertexOf);
     planned.value = { key: JSON.stringify(body), heard, answer: job.result, vertices, downloads: job.layers };
     pathLine.value = vertices;

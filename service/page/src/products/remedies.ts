@@ -1,6 +1,6 @@
 // What would open a blocked path besides a limit that is relaxed: one anchor moved, or added. Each is tried before it is told.
 import { signal } from "@preact/signals";
-import { ask, Refusal } from "../api/http";
+import { ask, askText, Refusal } from "../api/http";
 import { calculate, type Following, layer } from "../api/jobs";
 import type { PathAnswer, Place, PlacementAnswer, RepositioningAnswer } from "../api/types";
 import type { Ground } from "../geo/grid";
@@ -86,7 +86,7 @@ function wayWithout(now: Mission, following: Following): Promise<readonly Place[
   const { kind, measure, on_surface } = limits;
   return asked<PathAnswer, readonly Place[]>("/paths", { ...body, limits: { kind, measure, on_surface } }, following, async (job) => {
     if (job.result.status !== "found") return [];
-    const rows = tableOf(await (await ask(layer(job, "path.csv"))).text());
+    const rows = tableOf(await askText(layer(job, "path.csv")));
     return thinned(rows.map((row) => ({ east_m: Number(row["east_m"]), north_m: Number(row["north_m"]) })));
   });
 }

@@ -1,6 +1,7 @@
 // What each anchor sees: how high above every kept post it is in sight, asked for by itself and kept, so that only what
 // moved is calculated again and the antenna's height is a slider.
 import { effect, signal } from "@preact/signals";
+import { AGAIN_MS, isPassing } from "../api/http";
 import { keptOf, levelsFor, preview } from "../api/previews";
 import type { Dem, Summary } from "../api/types";
 import type { Ground } from "../geo/grid";
@@ -26,6 +27,8 @@ const AT_ONCE = 2;
 const SETTLE_MS = 150;
 const asked = new Set<string>();
 const refused = new Map<string, string>();
+/** Whether what is told of anchors is that the service could not be asked. */
+let unasked = false;
 let settling: ReturnType<typeof setTimeout> | undefined;
 
 function keyOf(on: Dem, anchor: Anchor, level: "full" | "coarse" = "full"): string {
@@ -94,12 +97,17 @@ async function askFor(on: Ground, anchor: Anchor, level: number, coarse: boolean
     const surface = await read(on, anchor, level, key);
     surfaceTimesMs.push(performance.now() - begun);
     if (stands()) surfaces.value = new Map(surfaces.peek()).set(anchor.id, surface);
+    if (unasked) accept("anchors");
+    unasked = false;
   } catch (error) {
-    refused.set(full, anchor.id);
+    const passing = isPassing(error);
+    if (!passing) refused.set(full, anchor.id);
     if (stands() && mission.peek().anchors.some((one) => keyOf(on.dem, one) === full)) refuse("anchors", error);
     const others = new Map(surfaces.peek());
     others.delete(anchor.id);
     surfaces.value = others;
+    unasked = passing;
+    if (passing) await new Promise((resume) => setTimeout(resume, AGAIN_MS));
   } finally {
     asked.delete(anchor.id);
     if (asked.size === 0) setBusy("visibility", undefined);
