@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.service.browser import CONTROL, Browser, browsing
@@ -256,8 +257,7 @@ def test_over_a_slow_network_the_page_says_what_it_waits_for(page: Browser) -> N
 
 def test_a_mission_of_four_hundred_kilobytes_is_kept_undone_and_opened_again(page: Browser, tmp_path: Path) -> None:
     take(page, "valley")
-    corner = mission_corner()
-    shapes = [house(corner, number) for number in range(1600)]
+    shapes = [house(number) for number in range(1600)]
     path = tmp_path / "town.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": shapes}))
     assert 300_000 < path.stat().st_size < 400_000
@@ -275,23 +275,25 @@ def test_a_mission_of_four_hundred_kilobytes_is_kept_undone_and_opened_again(pag
     assert sentences(page) == []
 
 
-def mission_corner() -> tuple[float, float]:
-    """Degrees of a place in the valley, longitude first."""
-    return 10.93, 46.372
-
-
-def house(corner: tuple[float, float], number: int) -> dict[str, Any]:
-    """A footprint of some metres, in rows of forty."""
-    west, south = corner[0] + 2e-4 * (number % 40), corner[1] + 2e-4 * (number // 40)
+def house(number: int) -> dict[str, Any]:
+    """A footprint of some metres in the valley, in rows of forty."""
+    west, south = 10.93 + 2e-4 * (number % 40), 46.372 + 2e-4 * (number // 40)
     ring = [(west, south), (west + 1e-4, south), (west + 1e-4, south + 1e-4), (west, south + 1e-4), (west, south)]
     places = [[round(lon, 6), round(lat, 6)] for lon, lat in ring]
     properties = {"building": "yes", "height": 5}
     return {"type": "Feature", "properties": properties, "geometry": {"type": "Polygon", "coordinates": [places]}}
 
 
-def test_a_file_that_a_mission_cannot_be_written_as_is_refused_where_one_asks(page: Browser) -> None:
-    take(page, "crater")
-    place_anchors(page, ((0.0, 0.0),))
+def test_a_file_that_a_mission_cannot_be_written_as_is_refused_where_one_asks(
+    page: Browser, server: Server, tmp_path: Path
+) -> None:
+    np.save(tmp_path / "local.npy", np.zeros((40, 40), np.float32))
+    dem = server.upload(tmp_path / "local.npy", cell_m=30, crs="local")
+    page.open(server.url)
+    page.until(f"!!document.querySelector('#ground-choice option[value=\"dem:{dem['id']}\"]')")
+    page.choose("#ground-choice", f"dem:{dem['id']}")
+    page.until("(document.querySelector('.inspector .facts')?.textContent ?? '').includes('40 ×')")
+    place_anchors(page, ((600.0, 600.0),))
     press_button(page, "KML")
-    page.until(f"{REFUSAL}.includes('Earth')")
+    page.until(f"{REFUSAL}.includes('no CRS')")
     assert len(sentences(page)) == 1

@@ -221,7 +221,8 @@ def test_missions_outlive_a_kill_and_have_limits(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "saved"),
     [
-        ("Drill 7", 'filename="Drill 7.mission.json"'),
+        ("Drill 7", "filename*=utf-8''Drill%207.mission.json"),
+        ("Drill-7", 'filename="Drill-7.mission.json"'),
         ('a/b\\c:"d".', 'filename="a_b_c_d_.mission.json"'),
         ("Übung", "filename*=utf-8''%C3%9Cbung.mission.json"),
         ("..", 'filename="mission.mission.json"'),
