@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Mapping
 from pathlib import Path
+from typing import NoReturn
 
 import orjson
 from fastapi import Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, JsonValue
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import Message, Receive, Scope, Send
 
@@ -46,6 +49,8 @@ __all__ = [
 JSON = "application/json"
 BLOCK_BYTES = 1024 * 1024
 RETRY_AFTER_S = 1
+# with digits alone: Python, by which the library goes, reads 1_0 as 10
+RANGE = re.compile(r"[A-Za-z]+[ \t]*=[0-9 \t,-]*")
 # a field of a request that is longer is not in every answer about its job
 LONG_BYTES = 16 * 1024
 GOES_ON = "The service is stopping; the job was taken in and goes on after its next start: follow Location then."
@@ -70,15 +75,20 @@ class RangedFile(FileResponse):
         stat = self.stat_result
         size_bytes = (await asyncio.to_thread(Path(self.path).stat) if stat is None else stat).st_size
 
+        def refuse() -> NoReturn:
+            refusal = RangeError(
+                f"The Range header does not name bytes of this file, which has {size_bytes:,}; send for instance "
+                "'Range: bytes=0-99', or leave it out."
+            )
+            raise HTTPException(416, headers={"Content-Range": f"bytes */{size_bytes}"}) from refusal
+
         async def send_unless_refused(message: Message) -> None:
             if message["type"] == "http.response.start" and message["status"] in (400, 416):
-                refusal = RangeError(
-                    f"The Range header does not name bytes of this file, which has {size_bytes:,}; send for instance "
-                    "'Range: bytes=0-99', or leave it out."
-                )
-                raise HTTPException(416, headers={"Content-Range": f"bytes */{size_bytes}"}) from refusal
+                refuse()
             await send(message)
 
+        if not RANGE.fullmatch(Headers(scope=scope).get("range", "bytes=")):
+            refuse()
         await super().__call__(scope, receive, send_unless_refused)
 
 
