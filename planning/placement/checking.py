@@ -103,13 +103,13 @@ def hover_sensitivity(
     shape = (len(placement.anchors), 3)
     moves_m = [random.uniform(-hover_m, hover_m, shape) for _ in range(draws)]
     moves_m += [np.full(shape, (0.0, 0.0, up_m)) for up_m in (-hover_m, hover_m)]
-    values = [
-        value_of_anchors(
-            grid, (*placement.fixed, *_moved(grid, placement.anchors, move_m)), placement.targets, placement.goal,
-            placement.sight,
-        )
-        for move_m in moves_m
-    ]  # fmt: skip
+    fixed, number = placement.fixed, len(placement.anchors)
+    moved = [one for move_m in moves_m for one in _moved(grid, placement.anchors, move_m)]
+    # what stands still is looked at once, not for every draw
+    problem = _problem_of(grid, (*fixed, *moved), placement.targets, placement.goal, placement.sight)
+    still, first = list(range(len(fixed))), len(fixed)
+    sets = [[*still, *range(first + at * number, first + (at + 1) * number)] for at in range(len(moves_m))]
+    values = _values(problem, sets)
     drawn = values[:draws]
     worst = min(drawn) if placement.goal.is_share else max(drawn)
     low, high = values[draws:]

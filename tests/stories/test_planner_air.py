@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterator
+from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.service.browser import Browser, browsing
 from tests.service.running import Server
-from tests.stories.planner import at, field, open_planner, place_anchors, take
+from tests.stories.planner import at, field, open_planner, place_anchors, press_button, settled, take
 
+MARKED = (
+    "planner.map.getAllLayers().find((one) => one.getZIndex() === 18).getSource().getFeatures()"
+    ".filter((one) => one.getGeometry().getType() === 'Point')"
+)
 START, GOAL = (645600.0, 5136000.0), (650500.0, 5138500.0)
 ANSWER = "(document.getElementById('flight-answer')?.textContent ?? '')"
 
@@ -26,6 +34,13 @@ def page(browser: Browser, server: Server) -> Iterator[Browser]:
     browser.complaints.clear()
     yield browser
     assert browser.complaints == []
+
+
+def along(corners: list[dict[str, Any]], distance_m: float) -> tuple[float, float]:
+    """The place so far along the corners, straight through the air from each to the next."""
+    at_m = np.array([(one["east_m"], one["north_m"], one["altitude_m"]) for one in corners])
+    reached_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at_m, axis=0), axis=1))])
+    return float(np.interp(distance_m, reached_m, at_m[:, 0])), float(np.interp(distance_m, reached_m, at_m[:, 1]))
 
 
 def test_a_flight_over_the_morphing_map_is_planned_between_two_clicks(page: Browser, server: Server) -> None:
@@ -50,3 +65,31 @@ def test_a_flight_over_the_morphing_map_is_planned_between_two_clicks(page: Brow
     files = page.value("[...document.querySelectorAll('#flight-answer a')].map((a) => a.textContent)")
     assert {"flight.geojson", "flight.csv"} <= set(files)
     assert "flight.plan is not written" in page.value(ANSWER), "the valley's heights count from nothing known"
+    # its profile in the drawer: ground, flight and from where up positioning is good enough, as the table has them
+    (table,) = [one["href"] for one in found["layers"] if one["name"] == "flight.csv"]
+    rows = list(csv.DictReader(io.StringIO(server.client.get(table).text)))
+    settled(page)
+    press_button(page, "Profile of the flight")
+    page.until("!!document.querySelector('.drawer .u-over')")
+    assert page.text(".drawer strong") == "Profile of the flight"
+    labels = page.value("[...document.querySelectorAll('.drawer .u-label')].map((one) => one.textContent)")
+    assert labels == ["distance, m", "ground, m", "flown, m", "good enough from here up, m"]
+    x, y = page.place(".drawer .u-over", 0.5, 0.5)
+    page.mouse("mouseMoved", x, y)
+    page.until(f"{MARKED}.length === 1")
+    values = "[...document.querySelectorAll('.drawer .u-value')].map((one) => parseFloat(one.textContent))"
+    distance_m, ground_m, flown_m, floor_m = page.value(values)
+    row = min(rows, key=lambda one: abs(float(one["distance_m"]) - distance_m))
+    assert distance_m == pytest.approx(found["result"]["totals"]["length_m"] / 2.0, rel=0.05)
+    assert ground_m == pytest.approx(float(row["ground_m"]), abs=0.1)
+    assert flown_m == pytest.approx(float(row["altitude_m"]), abs=0.1)
+    assert floor_m == pytest.approx(float(row["floor_m"]), abs=0.1)
+    assert flown_m >= floor_m > ground_m - 0.1
+    # the mark on the map lies where the flight is then
+    east_m, north_m = page.value(f"{MARKED}[0].getGeometry().getCoordinates()")
+    assert (east_m, north_m) == pytest.approx(along(found["result"]["corners"], distance_m), abs=1.0)
+    # and a pointer over the flight on the map is read in the profile
+    quarter_m = found["result"]["totals"]["length_m"] / 4.0
+    page.mouse("mouseMoved", *at(page, *along(found["result"]["corners"], quarter_m)))
+    told = "parseFloat(document.querySelector('.drawer .u-value').textContent)"
+    page.until(f"Math.abs({told} - {quarter_m}) < 100")

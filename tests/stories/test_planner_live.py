@@ -95,6 +95,30 @@ def test_a_rover_is_watched_while_its_session_judges(page: Browser, server: Serv
     page.until(f"{drawn} === {5 + 5 + 3 + 2}")
 
 
+def test_a_session_of_anchors_with_radios_is_foretold_by_their_signals(
+    page: Browser, server: Server, valley: ElevationGrid
+) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    page.click("#mode-coverage")
+    page.choose(field(page, "Maps, paths"), "usable")
+    page.choose(field(page, "Radio of those"), "868MHz")
+    settled(page)
+    page.click("#mode-live")
+    page.click("#open-session")
+    page.until(LISTENS)
+    session = str(page.value("document.querySelector('.inspector code').textContent")).removesuffix("/stream")
+    for time_s, ranges in rounds(valley, mission(page)["anchors"], 6):
+        measured = [{"anchor_id": name, "range_m": range_m} for name, range_m in ranges.items()]
+        told = server.client.post(f"{session}/epochs", json={"epochs": [{"time_s": time_s, "ranges": measured}]}).json()
+    page.until("(document.querySelector('.inspector .slider output')?.textContent ?? '').startsWith('6 of 6')")
+    foretold = {one["anchor_id"]: one for one in told["answers"][-1]["predicted"]}
+    assert all(one["p_usable"] is not None for one in foretold.values())
+    cells = page.value("[...document.querySelectorAll('#verdicts tbody tr')].map((row) => row.cells[2].innerText)")
+    for one, cell in zip(foretold.values(), cells, strict=True):
+        assert cell.startswith(f"{100.0 * one['p_sight']:.1f} %, usable {100.0 * one['p_usable']:.1f} %")
+
+
 def test_what_lies_ahead_on_the_planned_path_is_told_live(page: Browser, server: Server, valley: ElevationGrid) -> None:
     take(page, "valley")
     place_anchors(page, PLACES)

@@ -29,6 +29,7 @@ from planning.placement import (
     join_candidates,
     path_targets,
     place_anchors,
+    value_of_anchors,
 )
 from terrain import ElevationGrid, height_at
 from tests.planning.placement.grounds import anchor_positions, exact_sight, rough_grid
@@ -183,6 +184,19 @@ def test_hovering_off_costs_nothing_where_nobody_moves_and_never_goes_undergroun
         assert off.vertical_high == pytest.approx(seen_by_two(where_m[:, 2] + hover_m))
     with pytest.raises(PlacementError, match="hover_m must be"):
         hover_sensitivity(GRID, placed, math.nan)
+
+
+def test_anchors_that_stand_stay_where_they_are_while_the_placed_hover() -> None:
+    stands = Anchor("F", *(float(metres) for metres in LATTICE.position_m[0]))
+    placed = place_anchors(GRID, LATTICE, TARGETS, 2, Goal("coverage", min_anchors=2), fixed=[stands])
+    off = hover_sensitivity(GRID, placed, 20.0, draws=1)
+    ground_m = [height_at(GRID, one.east_m, one.north_m) for one in placed.anchors]
+    for up_m, told in ((-20.0, off.vertical_low), (20.0, off.vertical_high)):
+        moved = [
+            replace(one, altitude_m=max(one.altitude_m + up_m, float(floor_m)))
+            for one, floor_m in zip(placed.anchors, ground_m, strict=True)
+        ]
+        assert told == value_of_anchors(GRID, [stands, *moved], TARGETS, placed.goal, placed.sight)
 
 
 def test_ground_that_weighs_more_draws_the_anchor_to_it() -> None:
