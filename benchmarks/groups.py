@@ -86,7 +86,8 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         placing_baselines.against_baselines,
         placing_baselines.moves_against_all,
     ),
-    "proofs": (plain_annealing.against_annealing, placing_baselines.proofs),
+    "annealing": (plain_annealing.against_annealing,),
+    "proofs": (placing_baselines.proofs,),
     "navigation": (
         bubbles.experiment,
         partial(bubbles.experiment, "drones"),
@@ -182,10 +183,10 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(placing_baselines.against_baselines, problems=3, posts=48, sets=20),
         partial(placing_baselines.moves_against_all, cases=8, posts=24),
     ),
-    "proofs": (
+    "annealing": (
         partial(plain_annealing.against_annealing, problems=2, posts=40, fewest=30, most=40, annealing_s=0.5),
-        partial(placing_baselines.proofs, problems=4, posts=40, effort_s=0.5),
     ),
+    "proofs": (partial(placing_baselines.proofs, problems=4, posts=40, effort_s=0.5),),
     "navigation": (
         partial(bubbles.experiment, count=5, every=20),
         partial(bubbles.experiment, "drones", count=5, every=20),
