@@ -27,7 +27,16 @@ from benchmarks.navigation import (
 )
 from benchmarks.navigation.street import drive as street_drive
 from benchmarks.navigation.street import exclusion
-from benchmarks.planning import choices, gates, path_benefit, placing, placing_baselines, plain_annealing, unreachables
+from benchmarks.planning import (
+    choices,
+    gates,
+    path_benefit,
+    placing,
+    placing_at_scale,
+    placing_baselines,
+    plain_annealing,
+    unreachables,
+)
 from benchmarks.planning import paths as planning
 from benchmarks.service import (
     attacks,
@@ -86,6 +95,7 @@ GROUPS: dict[str, tuple[Callable[[], report.Table], ...]] = {
         placing_baselines.against_baselines,
         placing_baselines.moves_against_all,
     ),
+    "scale": (placing_at_scale.at_scale,),
     "annealing": (plain_annealing.against_annealing,),
     "proofs": (placing_baselines.proofs,),
     "navigation": (
@@ -183,6 +193,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
         partial(placing_baselines.against_baselines, problems=3, posts=48, sets=20),
         partial(placing_baselines.moves_against_all, cases=8, posts=24),
     ),
+    "scale": (partial(placing_at_scale.at_scale, posts=400, candidates=60, range_m=2_000.0, count=3),),
     "annealing": (
         partial(plain_annealing.against_annealing, problems=2, posts=40, fewest=30, most=40, annealing_s=0.5),
     ),

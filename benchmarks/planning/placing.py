@@ -26,7 +26,7 @@ from planning.placement.judges import judge_of, shown_value
 from planning.placement.placing import prepare
 from planning.placement.rules import PlacementRules
 from planning.placement.sight import sampled_targets
-from terrain import ElevationGrid
+from terrain import ElevationGrid, LargeDem
 from terrain.synthetic import fractal
 
 __all__ = ["after_a_loss", "cost_of_sight", "lattice_of", "placing_speed", "small_instances"]
@@ -48,7 +48,7 @@ be no more than what is left after the worst loss."""
 COST_NOTE = "Sight alone, mode fast, one bit per candidate and post; the least of three runs."
 
 
-def lattice_of(grid: ElevationGrid, count: int) -> float:
+def lattice_of(grid: ElevationGrid | LargeDem, count: int) -> float:
     """Spacing of a lattice with about so many places."""
     west_m, south_m, east_m, north_m = grid.bounds_m
     return math.sqrt((east_m - west_m) * (north_m - south_m) / count)

@@ -1,5 +1,7 @@
 """Where to put anchors before a mission, and where to move them while it runs."""
 
+from .by_windows import WindowPlacement, WindowQuestion, place_by_windows
+from .candidates import Candidates, candidate_grid, candidate_points, join_candidates
 from .checking import (
     Check,
     HoverSensitivity,
@@ -23,16 +25,7 @@ from .rules import Feasible, Link, PlacementRules, feasible_candidates
 from .searching import SearchOptions
 from .sight import SightOptions
 from .stretches import Flight, flight_level_m, good_along, path_between, path_length_m, straight_ahead
-from .targets import (
-    Candidates,
-    Targets,
-    area_targets,
-    candidate_grid,
-    candidate_points,
-    corridor_targets,
-    join_candidates,
-    path_targets,
-)
+from .targets import Targets, area_targets, corridor_targets, path_targets
 
 __all__ = [
     "Candidates",
@@ -57,6 +50,8 @@ __all__ = [
     "StretchPlan",
     "Targets",
     "TimedMove",
+    "WindowPlacement",
+    "WindowQuestion",
     "area_targets",
     "candidate_grid",
     "candidate_points",
@@ -73,6 +68,7 @@ __all__ = [
     "path_length_m",
     "path_targets",
     "place_anchors",
+    "place_by_windows",
     "placement_geometry",
     "placement_maps",
     "plan_repositioning",

@@ -14,17 +14,18 @@ from terrain import ElevationGrid
 from terrain.version import VERSION
 from visibility.sight import Anchor, AntennaLimits, check_anchors
 
+from .candidates import Candidates
 from .cluster import Cluster, anchors_table, sight_table
 from .fewest import fewest
 from .goals import Goal
-from .judges import CountJudge, Problem, judge_of, shown_value
+from .judges import CountJudge, Judge, Problem, judge_of, shown_value
 from .rules import Feasible, PlacementRules, feasible_candidates
 from .searching import Found, SearchOptions, search
 from .sight import SightOptions, SightTable, positions_of
-from .targets import Candidates, Targets
+from .targets import Targets
 from .together import Together
 
-__all__ = ["Placement", "anchor_rows", "place_anchors", "prepare", "require_enough", "require_sight"]
+__all__ = ["Placement", "anchor_rows", "by_gain", "place_anchors", "prepare", "require_enough", "require_sight"]
 
 Floats = npt.NDArray[np.float64]
 SHARE_OF_SIGHT = 0.7
@@ -222,7 +223,8 @@ def anchor_rows(anchors: Sequence[Anchor], goal: Goal) -> Floats:
 def answer(ready: Ready, found: Found, count: int, needed: int | None, timing_s: dict[str, float]) -> Placement:
     """A placement out of what a search found."""
     problem, goal = ready.problem, ready.problem.goal
-    order, marginal = _by_gain(problem, found.chosen)
+    guide = CountJudge(problem, goal.needed_with_spare, partial=True)
+    order, marginal = by_gain(judge_of(problem), guide, found.chosen)
     sign = 1.0 if goal.is_share else -1.0
     warnings = list(ready.warnings)
     if len(order) < count:
@@ -264,10 +266,11 @@ def _place(row: list[float]) -> tuple[float, float, float]:
     return row[0], row[1], row[2]
 
 
-def _by_gain(problem: Problem, chosen: list[int]) -> tuple[list[int], Floats]:
-    """(the set in the order in which each adds most, what each added to the value)."""
-    judge = judge_of(problem)
-    guide = CountJudge(problem, problem.goal.needed_with_spare, partial=True)
+def by_gain(judge: Judge, guide: Judge, chosen: list[int]) -> tuple[list[int], Floats]:
+    """(the set in the order in which each adds most, what each added to the value).
+
+    guide: orders those that add nothing yet.
+    """
     order: list[int] = []
     left = list(chosen)
     values = [judge.value([])]

@@ -14,7 +14,8 @@ from terrain import ElevationGrid
 from visibility import Curvature
 from visibility.sites import best_sites, site_map
 
-from .targets import MOST_CANDIDATES, Candidates, Targets, candidate_points, join_candidates
+from .candidates import MOST_CANDIDATES, Candidates, candidate_points, join_candidates
+from .targets import Targets
 
 __all__ = ["candidate_sites"]
 

@@ -16,7 +16,8 @@ from visibility import VISIBLE
 from visibility.sight.roofs import roofs_over
 from visibility.signal import Radio, reception
 
-from .targets import Candidates, Targets
+from .candidates import Candidates
+from .targets import Targets
 
 __all__ = [
     "Feasible",

@@ -15,6 +15,7 @@ from planning.kernels.placement_bits import keep_in_range
 from terrain import ElevationGrid
 from visibility import VISIBLE, Anchor, Curvature, min_visible_altitude, visible_sets
 from visibility.sight import SightDoubt, doubted
+from visibility.sight.in_reach import Raster
 from visibility.signal import Radio, reception
 
 from .targets import Targets
@@ -25,10 +26,12 @@ __all__ = [
     "SightTable",
     "enter",
     "forget_doubted",
+    "neighbours",
     "parcel_bits",
     "parcels",
     "positions_of",
     "sampled_table",
+    "window_within",
 ]
 
 Bits = npt.NDArray[np.uint64]
@@ -99,12 +102,16 @@ def parcels(
     Neighbours share a parcel, so that with a range limit each needs only a window of the ground; the parcels come in an
     order that soon touches all of the ground, for when the work is stopped early.
     """
-    fit = max(int(BYTES_AT_ONCE / (BYTES_PER_POST * grid.heights_m.size)), 1)
-    size = min(ANCHORS_AT_ONCE, fit)
+    pieces = neighbours(position_m, grid.heights_m.size)
+    return [partial(_parcel, grid, targets, position_m, options, piece) for piece in pieces]
+
+
+def neighbours(position_m: Floats, posts: int) -> list[npt.NDArray[np.intp]]:
+    """Numbers of anchors in pieces of neighbours, as many as may have surfaces of so many posts in memory at once."""
+    size = min(ANCHORS_AT_ONCE, max(int(BYTES_AT_ONCE / (BYTES_PER_POST * posts)), 1))
     order = _near_each_other(position_m, size)
     pieces = [order[start : start + size] for start in range(0, len(order), size)]
-    shuffled = np.random.default_rng(20_260_502).permutation(len(pieces))
-    return [partial(_parcel, grid, targets, position_m, options, pieces[number]) for number in shuffled]
+    return [pieces[number] for number in np.random.default_rng(20_260_502).permutation(len(pieces))]
 
 
 def _near_each_other(position_m: Floats, size: int) -> npt.NDArray[np.intp]:
@@ -122,7 +129,7 @@ def _parcel(
     grid: ElevationGrid, targets: Targets, position_m: Floats, options: SightOptions, rows: npt.NDArray[np.intp]
 ) -> Parcel:
     place_m = position_m[rows]
-    window = _window(grid, place_m, options.max_range_m)
+    window = window_within(grid, place_m, options.max_range_m)
     if window is None:
         return Parcel(rows, place_m, grid, targets, None, options)
     top, bottom, left, right = window
@@ -137,7 +144,7 @@ def _parcel(
     return Parcel(rows, place_m, part, inside, which, options)
 
 
-def _window(grid: ElevationGrid, place_m: Floats, reach_m: float) -> tuple[int, int, int, int] | None:
+def window_within(grid: Raster, place_m: Floats, reach_m: float) -> tuple[int, int, int, int] | None:
     """(top, bottom, left, right) of the posts within reach, ends excluded; None where that is most of the grid."""
     if not math.isfinite(reach_m):
         return None
@@ -150,7 +157,7 @@ def _window(grid: ElevationGrid, place_m: Floats, reach_m: float) -> tuple[int, 
     left = int(np.clip(math.floor(col.min() - cols), 0, max(grid.cols - 2, 0)))
     bottom = int(np.clip(math.ceil(row.max() + rows) + 1, min(top + 2, grid.rows), grid.rows))
     right = int(np.clip(math.ceil(col.max() + cols) + 1, min(left + 2, grid.cols), grid.cols))
-    if (bottom - top) * (right - left) > MOST_OF_GRID * grid.heights_m.size:
+    if (bottom - top) * (right - left) > MOST_OF_GRID * grid.rows * grid.cols:
         return None
     return top, bottom, left, right
 
