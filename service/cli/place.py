@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 __all__ = ["place"]
 
+SUMMARY = "place.json"
+
 
 def place(
     dem: DemPath,
@@ -60,6 +62,9 @@ def place(
     or_local: Annotated[bool, option("Work here, with a warning, where the cluster cannot be reached.")] = False,
     sight: SignalOptions = SignalOptions(),
     doubts: DoubtOptions = TRUSTING,
+    windows: Annotated[
+        bool, option("Read only the ground in reach of candidates: coverage, with --max-range; any DEM in metres.")
+    ] = False,
     area: AreaOptions = AreaOptions(),
     margin_m: Margin = None,
     request: RequestFile = None,
@@ -70,7 +75,9 @@ def place(
 
     --anchor and --anchors are those already there. Writes place.json,
     anchors.geojson, anchors.csv, anchors.kml, plans.zip with a .plan for each
-    drone, beacons.parm, count.tif, dop.tif and pictures before and after into --out.
+    drone, beacons.parm, count.tif, dop.tif and pictures before and after into --out;
+    by windows, which a DEM of more posts than are read whole is by itself, only the
+    first three.
     """
     from service.products.placements.request import PlacementParameters
 
@@ -93,25 +100,45 @@ def place(
         asked = request_of_fields(fields, PlacementParameters)
     if or_local and scheduler is None:
         raise RequestError("--or-local goes with --scheduler.")
+    if windows and margin_m is not None:
+        raise RequestError("--margin is for a DEM that is held; by windows all ground in reach is read.")
     from service.products import Work
     from service.products.placements import PLACEMENT
+    from terrain import DemTooLargeError
 
     where = {} if scheduler is None else {"run_on": "cluster_or_here" if or_local else "cluster"}
     ground = {"plan_altitudes": "ground"} if terrain_frame else {}
+    told_of_size: tuple[str, ...] = ()
     with _interrupt_as_stop() as stop:
-        ask(
-            PLACEMENT,
-            dem,
-            asked,
-            _tables,
-            summary="place.json",
-            what="Placing anchors",
+        if not windows:
+            try:
+                ask(
+                    PLACEMENT,
+                    dem,
+                    asked,
+                    _tables,
+                    summary=SUMMARY,
+                    what="Placing anchors",
+                    work=Work(stop=stop, scheduler=scheduler),
+                    changes=where | ground,
+                    reading=reading,
+                    output=output,
+                    margin_m=margin_m,
+                )
+            except DemTooLargeError as error:
+                if not Path(dem).is_file():
+                    raise
+                told_of_size = (f"The DEM has {error.cells:,} posts, more than are read whole; by windows it was.",)
+            else:
+                return
+        from .asking.by_windows import place_by_windows
+
+        if terrain_frame:
+            raise RequestError("--terrain-frame is for the plans of drones, which by windows are not written.")
+        place_by_windows(
+            dem, asked, summary=SUMMARY, reading=reading, output=output, told=told_of_size, changes=where,
             work=Work(stop=stop, scheduler=scheduler),
-            changes=where | ground,
-            reading=reading,
-            output=output,
-            margin_m=margin_m,
-        )
+        )  # fmt: skip
 
 
 @contextmanager

@@ -95,6 +95,12 @@ class WindowPlacement:
     version: str
 
     @property
+    def chosen(self) -> Candidates:
+        """The candidates that were chosen, in the anchors' order."""
+        at = dict(zip(self.feasible.number.tolist(), range(len(self.feasible.number)), strict=True))
+        return self.feasible.candidates.take(np.array([at[number] for number in self.candidate.tolist()], np.intp))
+
+    @property
     def gap(self) -> float:
         """Distance from the bound, >= 0."""
         return self.bound - self.value

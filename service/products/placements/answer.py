@@ -21,9 +21,11 @@ __all__ = [
     "DilutionOut",
     "FinishedPlacement",
     "HoverOut",
+    "InItsUnit",
     "PlacedOut",
     "PlacementSummary",
     "TargetsOut",
+    "share",
 ]
 
 
@@ -31,7 +33,8 @@ def _absent(value: object) -> bool:
     return value is None
 
 
-def _share(what: str) -> Any:
+def share(what: str) -> Any:
+    """A share of a goal that is one."""
     return Field(None, exclude_if=_absent, description=f"{what}, 0..1; for coverage and dop.")
 
 
@@ -58,9 +61,9 @@ class PlacedOut(InItsUnit):
     north_m: float = Field(description="North in the DEM's metric CRS, metres.")
     altitude_m: float = Field(description="Height in the DEM's vertical datum, metres.")
     above_ground_m: float | None = Field(description="Height above known ground, metres.")
-    marginal_share: float | None = _share("What it added to the value when it came")
+    marginal_share: float | None = share("What it added to the value when it came")
     marginal_m: float | None = _metres("By how much it made the value less when it came")
-    after_loss_share: float | None = _share("The value once it alone is lost")
+    after_loss_share: float | None = share("The value once it alone is lost")
     after_loss_m: float | None = _metres("The value once it alone is lost")
 
 
@@ -89,13 +92,13 @@ class HoverOut(InItsUnit):
 
     hover_m: float = Field(description="Off by up to so much in each direction, metres.")
     draws: int = Field(description="How many random ones there were.")
-    mean_share: float | None = _share("Mean of the draws")
+    mean_share: float | None = share("Mean of the draws")
     mean_m: float | None = _metres("Mean of the draws")
-    worst_share: float | None = _share("Worst of the draws")
+    worst_share: float | None = share("Worst of the draws")
     worst_m: float | None = _metres("Worst of the draws")
-    lower_share: float | None = _share("With all anchors so much lower")
+    lower_share: float | None = share("With all anchors so much lower")
     lower_m: float | None = _metres("With all anchors so much lower")
-    higher_share: float | None = _share("With all anchors so much higher")
+    higher_share: float | None = share("With all anchors so much higher")
     higher_m: float | None = _metres("With all anchors so much higher")
 
 
@@ -122,19 +125,19 @@ class PlacementSummary(MapSummary, InItsUnit):
     stopped: bool = Field(description="Whether a time limit or somebody ended the search: this is the best so far.")
     statement: str = Field(description="What is proved about greedy for this goal.")
     fixed: list[PlacedAnchor] = Field(description="The anchors that were there before.")
-    before_share: float | None = _share("The value with those alone")
+    before_share: float | None = share("The value with those alone")
     before_m: float | None = _metres("The value with those alone")
-    value_share: float | None = _share("The value with the placed anchors")
+    value_share: float | None = share("The value with the placed anchors")
     value_m: float | None = _metres("The value with the placed anchors")
-    bound_share: float | None = _share("What no choice exceeds")
+    bound_share: float | None = share("What no choice exceeds")
     bound_m: float | None = _metres("What no choice falls below")
-    gap_share: float | None = _share("How far value and bound are apart")
+    gap_share: float | None = share("How far value and bound are apart")
     gap_m: float | None = _metres("How far value and bound are apart")
-    greedy_share: float | None = _share("What greedy alone reached")
+    greedy_share: float | None = share("What greedy alone reached")
     greedy_m: float | None = _metres("What greedy alone reached")
-    exact_share: float | None = _share("The value recomputed in mode exact")
+    exact_share: float | None = share("The value recomputed in mode exact")
     exact_m: float | None = _metres("The value recomputed in mode exact")
-    least_after_loss_share: float | None = _share("The same after the worst loss of one anchor")
+    least_after_loss_share: float | None = share("The same after the worst loss of one anchor")
     least_after_loss_m: float | None = _metres("The same after the worst loss of one anchor")
     fewest_possible: int | None = Field(
         description="No fewer anchors reach the share that was asked for; null where a number was."

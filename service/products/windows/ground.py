@@ -20,7 +20,7 @@ from terrain import AreaError, ElevationGrid, LargeDem, area_in, to_grid_frame
 from visibility import Anchor
 from visibility.sight.in_reach import Raster, Reach, box_of, name_of, reach_of, work_bytes
 
-__all__ = ["Prepared", "posts_asked_about", "prepared", "raster_of"]
+__all__ = ["Prepared", "ground_at", "posts_asked_about", "prepared", "raster_of"]
 
 MOST_ANCHORS = 254  # of what a byte counts, 255 means nothing
 
@@ -75,7 +75,7 @@ def prepared(dem: Raster, parameters: VisibilityMapParameters) -> Prepared:
     Raises RequestError (no range limit, with what that would take; nothing in reach), AreaError, AnchorError,
     FrameError, VerticalDatumError, DemReadError.
     """
-    middle = _ground_at(dem, (dem.rows - 1) / 2.0, (dem.cols - 1) / 2.0)
+    middle = ground_at(dem, (dem.rows - 1) / 2.0, (dem.cols - 1) / 2.0)
     parameters, told = in_dem_datum(middle, parameters)
     placed = [_anchor(dem, middle, parameters, number) for number in range(len(parameters.anchors))]
     anchors, passed_over = doubted_anchors(middle, placed, parameters.doubts)
@@ -158,11 +158,11 @@ def _anchor(dem: Raster, middle: ElevationGrid, parameters: VisibilityMapParamet
             f"Anchor {asked.id} has no range limit, so all {posts:,} posts of {name_of(dem)} are in its reach, which "
             f"take about {work_bytes(posts) / 1e9:,.2g} GB of memory; give it max_range_m, or read the DEM whole."
         )
-    found = resolve_anchor(_ground_at(dem, *dem.post_at(*place)), asked)
+    found = resolve_anchor(ground_at(dem, *dem.post_at(*place)), asked)
     return found if parameters.usable else replace(found, radio=None)
 
 
-def _ground_at(dem: Raster, row: float, col: float) -> ElevationGrid:
+def ground_at(dem: Raster, row: float, col: float) -> ElevationGrid:
     """The few posts around a place, or the nearest to one outside."""
     first_row = int(np.clip(np.floor(row), 0, max(dem.rows - 2, 0)))
     first_col = int(np.clip(np.floor(col), 0, max(dem.cols - 2, 0)))
