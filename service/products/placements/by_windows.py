@@ -138,6 +138,7 @@ def _refuse(asked: PlacementParameters) -> None:
         "doubts": asked.doubts is not None,
         "what stands on the ground": asked.cover is not None,
         "unknown ground that blocks": asked.unknown == "blocked",
+        "a link to a base": asked.rules.link is not None,
         "a seed (nothing is drawn)": asked.seed != 0,
     }
     named = [what for what, given in odd.items() if given]

@@ -72,7 +72,7 @@ def test_standing_anchors_count(sightline, large):
         (("--max-range", 900), ('not for "mean_error"',)),
         (COVERAGE, ("by windows it needs one",)),
         ((*COVERAGE, "--max-range", 900, "--seed", 3), ("a seed (nothing is drawn)",)),
-        ((*COVERAGE, "--max-range", 900, "--base", "601400,4998700,10agl"), ("By windows no link",)),
+        ((*COVERAGE, "--max-range", 900, "--base", "601400,4998700,10agl"), ("a link to a base",)),
         ((*COVERAGE, "--max-range", 900, "--terrain-frame"), ("--terrain-frame",)),
         ((*COVERAGE, "--max-range", 900, "--margin", 100), ("--margin is for a DEM that is held",)),
         ((*COVERAGE, "--max-range", 900, "--or-local"), ("--or-local goes with --scheduler",)),
