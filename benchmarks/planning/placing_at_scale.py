@@ -44,7 +44,7 @@ def at_scale(posts: int = 10_000, candidates: int = 100_000, range_m: float = 5_
         dem = _written(Path(name) / "dem.tif", posts)
         command = [sys.executable, "-m", __name__, str(dem), str(candidates), str(range_m), str(count)]
         environment = {**os.environ, "NUMBA_NUM_THREADS": "1"}
-        answer = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+        answer = subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True, check=True)
     told = json.loads(answer.stdout.splitlines()[-1])
     taken_s = min(told["clock_s"], told["processor_s"])
     cells = (

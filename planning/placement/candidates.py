@@ -123,7 +123,8 @@ def _ground_under(grid: Raster, places_m: Floats) -> Floats:
     """(n,) height of the ground below places (n, 2); of a DEM in its file tile by tile. NaN where it is not known."""
     if isinstance(grid, ElevationGrid):
         return np.asarray(height_at(grid, places_m[:, 0], places_m[:, 1]), np.float64)
-    row, col = grid.post_at(places_m[:, 0], places_m[:, 1])
+    row = (grid.origin_north_m - places_m[:, 1]) / grid.cell_north_m
+    col = (places_m[:, 0] - grid.origin_east_m) / grid.cell_east_m
     inside = (row >= 0.0) & (row <= grid.rows - 1) & (col >= 0.0) & (col <= grid.cols - 1)
     tile = np.where(inside, (row // TILE) * (grid.cols // TILE + 1) + col // TILE, -1).astype(np.intp)
     ground_m = np.full(len(places_m), np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
@@ -32,6 +33,7 @@ __all__ = ["Cluster", "WorkedOut", "anchors_table", "bits_from_cluster", "result
 
 TRIES = 3
 LOOK_EVERY_S = 0.2
+AHEAD, LEAST_AHEAD = 8, 32  # parcels under way for each thread of the workers, and at least
 Make = Callable[[], Parcel]
 Submit = Callable[[Any, Sequence[int]], dict[Any, int]]
 
@@ -61,14 +63,18 @@ def bits_from_cluster(
     Raises ClusterError when the cluster cannot be reached, or is lost again and again.
     """
     made: dict[int, Parcel] = {}
+    shared: dict[Any, Any] = {}  # by client: what was sent over a connection that is lost has to be sent again
 
     def submit(client: Any, numbers: Sequence[int]) -> dict[Any, int]:
         made.update({number: makes[number]() for number in numbers})
-        shared = _shared(client, {number: made[number] for number in numbers})
-        return {_submit(client, made[number], shared): number for number in numbers}
+        whole = next((made[number] for number in numbers if made[number].which is None), None)
+        if whole is not None and client.id not in shared:
+            # the ground and targets of parcels that need all of them go to every worker once
+            shared[client.id] = client.scatter([(whole.grid, whole.targets)], broadcast=True, hash=False)[0]
+        return {_submit(client, made[number], shared.get(client.id)): number for number in numbers}
 
     for number, bits in results_from_cluster(cluster, len(makes), submit, stop):
-        yield number, made[number], bits
+        yield number, made.pop(number), bits
 
 
 def results_from_cluster(
@@ -76,14 +82,15 @@ def results_from_cluster(
 ) -> Iterator[tuple[int, Any]]:
     """(number, result) of each of so many parcels, as they come in; ends early when ``stop`` says so.
 
-    submit: hands the parcels of these numbers to a Dask client; futures and their numbers. It is asked again, for what
-    is left, where the cluster was lost. Raises ClusterError when it cannot be reached, or is lost again and again.
+    submit: hands the parcels of these numbers to a Dask client; futures and their numbers. It is asked for as many as
+    keep the workers busy, and for more once some are done; again, for what is left, where the cluster was lost.
+    Raises ClusterError when it cannot be reached, or is lost again and again.
     """
     left = set(range(count))
     for attempt in range(TRIES):
         client = _connect(cluster)
         try:
-            for number, result in _spread(client, submit(client, sorted(left)), stop):
+            for number, result in _spread(client, submit, sorted(left), stop):
                 left.discard(number)
                 yield number, result
             return
@@ -126,33 +133,36 @@ def _lost() -> type[Exception]:
     return lost
 
 
-def _spread(client: Any, futures: dict[Any, int], stop: Callable[[], bool] | None) -> Iterator[tuple[int, Any]]:
-    """Take in what comes of the parcels that were handed out."""
+def _spread(
+    client: Any, submit: Submit, numbers: Sequence[int], stop: Callable[[], bool] | None
+) -> Iterator[tuple[int, Any]]:
+    """Hand out parcels while there are any, and take in what comes of them.
+
+    Thousands handed out at once are looked through whenever one is done, which cost connections their time.
+    """
     from distributed import wait
 
+    left, futures = deque(numbers), dict[Any, int]()
     finished: set[Any] = set()
     try:
-        while futures:
+        while left or futures:
             if stop is not None and stop():
                 return
             if finished:
                 future = finished.pop()
                 yield futures.pop(future), future.result()
                 continue
+            most = max(AHEAD * sum(client.nthreads().values()), LEAST_AHEAD)
+            if left and len(futures) < most:
+                futures.update(submit(client, [left.popleft() for _ in range(min(most - len(futures), len(left)))]))
             try:
                 with client.as_current():
                     finished = set(wait(list(futures), timeout=LOOK_EVERY_S, return_when="FIRST_COMPLETED").done)
             except TimeoutError:
                 continue
     finally:
-        if futures:
+        if futures and client.status == "running":  # a lost one has nothing under way, and must be told as lost
             client.cancel(list(futures))
-
-
-def _shared(client: Any, parcels: dict[int, Parcel]) -> Any:
-    """The ground and targets of parcels that need all of them, sent to every worker once; None where none does."""
-    whole = next((parcel for parcel in parcels.values() if parcel.which is None), None)
-    return None if whole is None else client.scatter([(whole.grid, whole.targets)], broadcast=True, hash=False)[0]
 
 
 def _submit(client: Any, parcel: Parcel, shared: Any) -> Any:

@@ -84,6 +84,21 @@ def test_of_a_window_the_cheapest_departure_is_taken():
     assert not late.found
 
 
+def test_both_are_told_where_the_first_departure_has_no_path_and_others_come_too_late(monkeypatch):
+    window = {"anchors": [], "tracks": [TRACK], "limits": {"in_sight_from": 1}, "leave_by_s": 600.0}
+
+    def lost(problem, **watched):
+        outcome = plan_path(problem, **watched)
+        return replace(outcome, status=PathStatus.UNDECIDED, path=None, validation=None, sentence="No sight at first.")
+
+    monkeypatch.setattr("service.products.paths.calculate.plan_path", lost)
+    answer = small_path(**window, arrive_by_s=1.0).answer
+    assert answer.sentence.startswith(
+        "No sight at first. At none of 5 departures does a path arrive by 1 s; the soonest "
+    )
+    assert answer.sentence.count("No sight at first.") == 1
+
+
 def test_a_way_that_costs_less_but_comes_too_late_gives_way_to_that_of_the_departure(monkeypatch):
     window = {"anchors": [], "tracks": [TRACK], "limits": {"in_sight_from": 1}, "leave_by_s": 600.0}
     (soonest, *_) = [one for one in small_path(**window).answer.departures if one.taken]

@@ -153,13 +153,11 @@ def place_by_windows(
         chosen = exchange(judge, first, together, stop=stop)
         told(SHARE_OF_EXCHANGES)
         order, marginal = by_gain(judge, guide, chosen)
+        sigma_m, limits = question.goal.ranging_sigma_m, AntennaLimits(max_range_m=rules.max_range_m)
         anchors = tuple(
-            Anchor(
-                f"P{number}", *position_m[member].tolist(), question.goal.ranging_sigma_m,
-                limits=AntennaLimits(max_range_m=rules.max_range_m), radio=question.sight.radio,
-            )
-            for number, member in enumerate(order, 1)
-        )  # fmt: skip
+            Anchor(f"P{number}", east_m, north_m, altitude_m, sigma_m, limits=limits, radio=question.sight.radio)
+            for number, (east_m, north_m, altitude_m) in enumerate(position_m[order].tolist(), 1)
+        )
         value = judge.value(chosen)
         placement = WindowPlacement(
             anchors=anchors,

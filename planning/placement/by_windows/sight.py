@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -80,7 +80,8 @@ class WindowSight:
             at[parcel.rows, 0], at[parcel.rows, 1] = facts.number, np.arange(len(parcel.rows))
             seen[parcel.rows], kept[parcel.rows], done[parcel.rows] = facts.seen, facts.reached, True
             rows = np.load(parcel.path, allow_pickle=False)
-            _add(by_all, parcel.window, sum(seen_by(parcel.window, row).posts.astype(np.uint8) for row in rows))
+            for row in rows:
+                _add(by_all, parcel.window, seen_by(parcel.window, row).posts.astype(np.uint8))
             progress(float(done.mean()))
         files = SightFiles(parcels, at, seen, np.flatnonzero(kept), total, of_fixed, by_all)
         return WorkedOut(files, kept, done, tuple(warnings))
@@ -190,11 +191,11 @@ class WindowSight:
                     raise
                 warnings.append(f"{error} {len(left):,} of {len(parcels):,} parcels were done on this machine instead.")
         with ThreadPoolExecutor(1) as ahead:
-            coming = None
-            for number in (*sorted(left), None):
+            coming: Future[ParcelFacts] | None = None
+            for parcel in (*(parcels[number] for number in sorted(left)), None):
                 if stop():
                     break
-                done, coming = coming, None if number is None else ahead.submit(work_out, parcels[number])
+                done, coming = coming, None if parcel is None else ahead.submit(work_out, parcel)
                 if done is not None:
                     yield done.result()
 

@@ -133,6 +133,8 @@ class PlacementGoal(GoalOptions):
     def part(self) -> dict[str, object]:
         """As the request has it."""
         said = told(self)
+        if not self.on_surface:  # not asked for, which is not asked against
+            del said["on_surface"]
         return said if self.objective is None else {**said, "objective": self.objective.replace("-", "_")}
 
 

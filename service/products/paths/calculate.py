@@ -112,7 +112,9 @@ def _in_time(outcome: PathOutcome, when: Departures, arrive_by_s: float) -> Path
         late = outcome.path is None or best.departure_s + outcome.path.totals.time_s > arrive_by_s
         return best.outcome if late else outcome
     if not found:
-        return outcome
+        # what the departure asked for lacks, and what the others do: each may be mended
+        told = when.sentence if outcome.sentence in when.sentence else f"{outcome.sentence} {when.sentence}"
+        return replace(outcome, sentence=told)
     outcome = replace(outcome, status=PathStatus.UNDECIDED, sentence=when.sentence, path=None, validation=None)
     return replace(outcome, reference_cost=math.nan, ratio=math.nan)
 

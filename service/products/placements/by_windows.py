@@ -51,7 +51,7 @@ class WindowPlacementSummary(InItsUnit):
 
     version: str = Field(description="Of Sightline.")
     mode: str = Field(description="fast or exact.")
-    error_statement: str = Field("", description="Told by the value in mode exact, which stands beside it.")
+    error_statement: str = Field(description="Told by the value in mode exact, which stands beside it.")
     curvature: str = Field(description="How the ground curved.")
     unknown: str = Field(description="What a line over unknown ground is.")
     dem: LargeGround
@@ -158,14 +158,24 @@ def _served(grid: ElevationGrid, asked: PlacementParameters):  # type: ignore[no
 def _candidates(dem: Raster, grid: ElevationGrid, asked: PlacementParameters, number: int) -> Candidates:
     """One set of candidates; a lattice lies in the request's area unless it names its own."""
     some: CandidatesIn = asked.candidates[number]
-    heights = {"above_ground_m": some.above_ground_m, "altitude_m": some.altitude_m, "what": some.what}
     if some.places is not None:
-        return candidate_points(dem, places_in_grid(grid, some.places), **heights)
+        return candidate_points(
+            *(dem, places_in_grid(grid, some.places)),
+            above_ground_m=some.above_ground_m,
+            altitude_m=some.altitude_m,
+            what=some.what,
+        )
     assert some.spacing_m is not None, "best sites are refused"
     area = None if asked.area is None else area_in(area_of(asked.area), grid.crs)
     if some.area is not None:
         area = polygon_in_grid(grid, some.area, f"candidates[{number}].area")
-    return candidate_grid(dem, some.spacing_m, area=area, **heights)
+    return candidate_grid(
+        *(dem, some.spacing_m),
+        area=area,
+        above_ground_m=some.above_ground_m,
+        altitude_m=some.altitude_m,
+        what=some.what,
+    )
 
 
 def _anchor(dem: Raster, grid: ElevationGrid, asked: PlacementParameters, number: int) -> Anchor:
@@ -197,6 +207,7 @@ def _answer(
     return WindowPlacementSummary(
         version=found.version,
         mode=asked.mode,
+        error_statement="",
         curvature=Curvature.over(middle, found.question.sight.curvature).sentence(),
         unknown=asked.unknown,
         dem=LargeGround(

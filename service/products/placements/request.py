@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
@@ -208,6 +208,25 @@ class PlacementParameters(SightParameters, DoubtParameters):
         if self.radio is not None and not self.usable:
             raise ValueError("The radio of the anchors to be placed goes with sight usable.")
         return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _goal_as_it_is_taken(cls, data: Any) -> Any:
+        """The goal with what follows from naming no objective, so that the answer tells what was placed for."""
+        asked = data.get("goal", {}) if isinstance(data, dict) else None
+        goal = asked.model_dump(exclude_unset=True) if isinstance(asked, GoalIn) else asked
+        if not isinstance(goal, dict) or goal.get("objective") is not None:
+            return data
+        if data.get("reach") is not None:
+            return {**data, "goal": {**goal, "objective": "coverage"}}
+        if goal.get("on_surface") is False:
+            raise ValueError(
+                "Without an objective the error along the surface is placed for, and on_surface is false; name an "
+                "objective, or leave on_surface out."
+            )
+        if goal.get("measure") in ("hdop", "vdop"):
+            return data  # refused with the goal
+        return {**data, "goal": {**goal, "objective": "mean_error", "on_surface": True}}
 
     @model_validator(mode="after")
     def _one_number(self) -> Self:
