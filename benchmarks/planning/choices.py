@@ -63,7 +63,8 @@ def other_ways(count: int = 60, posts: int = 120, wanted: int = 3) -> Table:
 def replanning(posts: int = 1024, problems: int = 4, starts: int = 5) -> Table:
     """How soon there is a plan from another place, once costs are known."""
     ground = rolling(posts)
-    seconds, prepared_s, ratios, anew = [], [], [], 0
+    seconds: list[float] = []
+    prepared_s, ratios, anew = [], [], 0
     random = np.random.default_rng(3)
     for problem in random_problems(ground, problems, seed=5):
         prepared = prepare_replanning(problem)
