@@ -267,10 +267,7 @@ def _place(row: list[float]) -> tuple[float, float, float]:
 
 
 def by_gain(judge: Judge, guide: Judge, chosen: list[int]) -> tuple[list[int], Floats]:
-    """(the set in the order in which each adds most, what each added to the value).
-
-    guide: orders those that add nothing yet.
-    """
+    """(a set in the order in which each adds most, what each added); guide: orders those that add nothing yet."""
     order: list[int] = []
     left = list(chosen)
     values = [judge.value([])]

@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .annealing import annealed, between
-from .exact import ExactAnswer, every_set, number_of_sets
 from .greedy import bound_of, exchange, fill_up, greedy, roomy
 from .judges import CountJudge, GeometryJudge, Judge, Problem, judge_of, sampled
-from .proving import fits, prove, relaxation_of
+from .proving import ExactAnswer, every_set, fits, number_of_sets, prove, relaxation_of
 from .together import Together
 
 __all__ = ["ROUNDING", "Found", "SearchOptions", "search"]

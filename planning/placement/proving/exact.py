@@ -9,8 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
-from .judges import Judge
-from .together import Together
+from planning.placement.judges import Judge
+from planning.placement.together import Together
 
 __all__ = ["ExactAnswer", "every_set", "number_of_sets"]
 
