@@ -1,4 +1,4 @@
-"""What no choice of anchors exceeds: a relaxation of the goal, and branch and bound over it, or all sets gone through."""
+"""What no choice of anchors exceeds: branch and bound over a relaxation of the goal, or all sets gone through."""
 
 from .branching import Proof, prove
 from .exact import ExactAnswer, every_set, number_of_sets
