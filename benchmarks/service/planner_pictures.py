@@ -21,7 +21,7 @@ from tests.stories.test_planner_live import PLACES, rounds
 __all__ = ["main"]
 
 WIDTH, HEIGHT = 1440, 900
-PINNED, FLIES_TO = (648000.0, 5136500.0), ((648900.0, 5136000.0), (648200.0, 5137000.0))
+PINNED, FLIES_TO = (648000.0, 5136500.0), ((650000.0, 5135400.0), (649300.0, 5134900.0))
 
 
 def main() -> None:
@@ -70,6 +70,7 @@ def _mission(page: Browser, server: Server, saved: Path, out: Path, steps: Path 
 
 def _profile(page: Browser, out: Path) -> None:
     """Of the same mission: a place, who is hidden there, and the line to one of them."""
+    press_button(page, "Close", ".told button")
     page.click("#mode-coverage")
     press_button(page, "Anchors in sight", ".layers label")
     page.click_at(*at(page, *PINNED))

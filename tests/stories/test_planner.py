@@ -233,3 +233,25 @@ def test_another_ground_tells_what_has_no_place_on_it_and_undo_leads_back(page: 
     page.click("#undo")
     page.until("(document.querySelector('.inspector .facts')?.textContent ?? '').includes('320 ×')")
     assert len(mission(page)["anchors"]) == 3
+
+
+def test_a_click_on_an_anchor_moves_nothing_and_a_tool_in_hand_is_used_where_it_stands(page: Browser) -> None:
+    take(page, "valley")
+    page.click("#mode-anchors")
+    page.write("textarea", "647000.4 5136000.3\n649500.6 5138000.7\n")
+    page.click("#add-typed")
+    page.until("document.querySelectorAll('#anchor-list li').length === 2")
+    before = mission(page)
+    places = [(one["east_m"], one["north_m"]) for one in before["anchors"]]
+    page.click("#mode-coverage")
+    page.click_at(*at(page, *places[0]))
+    page.click("#mode-anchors")
+    page.until("document.querySelector('#anchor-list li button').getAttribute('aria-pressed') === 'true'")
+    assert mission(page) == before
+    page.click("#flies-to")
+    page.click_at(*at(page, *places[1]))
+    page.until("planner.mission().anchors[0].flies_to.length === 1")
+    assert mission(page)["anchors"][1] == before["anchors"][1]
+    page.click("#undo")
+    page.click("#undo")
+    assert mission(page)["anchors"] == []

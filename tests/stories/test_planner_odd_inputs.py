@@ -293,7 +293,8 @@ def test_a_file_that_a_mission_cannot_be_written_as_is_refused_where_one_asks(
     page.until(f"!!document.querySelector('#ground-choice option[value=\"dem:{dem['id']}\"]')")
     page.choose("#ground-choice", f"dem:{dem['id']}")
     page.until("(document.querySelector('.inspector .facts')?.textContent ?? '').includes('40 ×')")
-    place_anchors(page, ((600.0, 600.0),))
+    box = dem["bounds_of_posts_m"]
+    place_anchors(page, ((box["west"] + 600.0, box["south"] + 600.0),))
     press_button(page, "KML")
     page.until(f"{REFUSAL}.includes('no CRS')")
     assert len(sentences(page)) == 1

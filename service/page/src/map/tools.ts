@@ -13,7 +13,7 @@ import { type Mission, newAnchor, type Ring } from "../mission/mission";
 import { overview } from "../products/library";
 import { acceptGhost } from "../products/placement";
 import { wayShown } from "../products/ways";
-import { accept, change, follow, ground, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
+import { accept, change, follow, ground, isFollowing, mission, mode, pinned, selected, type Tool, tool, withAnchor } from "../state";
 import { anchorLayer, ghostLayer, placeLayer, wayLayer } from "./features";
 import { cornerInTheMiddle } from "./overview";
 
@@ -102,7 +102,8 @@ function use(place: Place): void {
 }
 
 function drag(map: OlMap): void {
-  const translate = new Translate({ layers: [anchorLayer, placeLayer], hitTolerance: 6 });
+  // with a tool in hand that sets a place, a press on an anchor sets it there
+  const translate = new Translate({ layers: [anchorLayer, placeLayer], hitTolerance: 6, condition: () => !PLACES.has(tool.peek()) });
   const apply = (feature: Feature, how: typeof follow): void => {
     const geometry = feature.getGeometry();
     if (!(geometry instanceof Point)) return;
@@ -120,7 +121,11 @@ function drag(map: OlMap): void {
     // markers of the path are drawn anew from the mission, which would take them out of the hand
     if (first.get("place") === undefined) apply(first, follow);
   });
-  translate.on("translateend", (event) => apply(event.features.item(0), change));
+  translate.on("translateend", (event) => {
+    // who only clicks moves nothing, not even to a whole metre
+    const [from, to] = [event.startCoordinate, event.coordinate];
+    if (isFollowing() || from[0] !== to[0] || from[1] !== to[1]) apply(event.features.item(0), change);
+  });
   map.addInteraction(translate);
 }
 
