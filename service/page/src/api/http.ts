@@ -28,7 +28,8 @@ interface Problem {
 }
 
 export async function ask(path: string, options: RequestInit = {}): Promise<Response> {
-  const name = await unreadable(options.body);
+  const files = filesIn(options.body);
+  const name = files.length === 0 ? null : await unreadable(files);
   if (name !== null) throw new Refusal(words.fileUnreadable(name), 0, "");
   let answer: Response;
   try {
@@ -79,14 +80,17 @@ async function wholeOf<T>(asked: Response | Promise<Response>, reading: (answer:
 
 const silent = (): Refusal => new Refusal(words.serviceSilent, 0, SILENT);
 
-/** Of what should be sent, a file that cannot be read: a folder, or one that is gone or another since it was chosen. */
-async function unreadable(body: BodyInit | null | undefined): Promise<string | null> {
-  for (const part of body instanceof FormData ? body.values() : [body]) {
-    if (!(part instanceof File)) continue;
+function filesIn(body: BodyInit | null | undefined): readonly File[] {
+  return (body instanceof FormData ? [...body.values()] : [body]).filter((part) => part instanceof File);
+}
+
+/** The first that cannot be read: a folder, or a file that is gone or another since it was chosen. */
+async function unreadable(files: readonly File[]): Promise<string | null> {
+  for (const file of files) {
     try {
-      await part.slice(0, 1).arrayBuffer();
+      await file.slice(0, 1).arrayBuffer();
     } catch {
-      return part.name;
+      return file.name;
     }
   }
   return null;
