@@ -5,13 +5,10 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server, running
 from tests.stories.planner import (
     VALLEY,
@@ -24,20 +21,6 @@ from tests.stories.planner import (
     settled,
     take,
 )
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def kept_at(page: Browser) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import gpxpy
@@ -13,7 +12,7 @@ import pytest
 
 import dem_samples
 import terrain
-from tests.service.browser import CONTROL, Browser, browsing
+from tests.service.browser import CONTROL, Browser
 from tests.service.running import Server
 from tests.stories.mission_by_mouse import EXPORTED, GOAL, START, mission_by_mouse
 from tests.stories.planner import (
@@ -22,7 +21,6 @@ from tests.stories.planner import (
     field,
     in_view,
     mission,
-    open_planner,
     place_anchors,
     press_button,
     requests,
@@ -31,21 +29,6 @@ from tests.stories.planner import (
     slide,
     take,
 )
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    """The page as it opens for the first time; at the end it has complained about nothing."""
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def test_the_readmes_mission_from_an_empty_page_by_mouse(page: Browser, tmp_path: Path) -> None:

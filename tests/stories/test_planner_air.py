@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, open_planner, place_anchors, press_button, settled, take
+from tests.stories.planner import at, field, place_anchors, press_button, settled, take
 
 MARKED = (
     "planner.map.getAllLayers().find((one) => one.getZIndex() === 18).getSource().getFeatures()"
@@ -20,20 +19,6 @@ MARKED = (
 )
 START, GOAL = (645600.0, 5136000.0), (650500.0, 5138500.0)
 ANSWER = "(document.getElementById('flight-answer')?.textContent ?? '')"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def along(corners: list[dict[str, Any]], distance_m: float) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 
 import dem_samples
 from terrain import to_lon_lat
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
 from tests.stories.planner import (
     at,
@@ -19,7 +18,6 @@ from tests.stories.planner import (
     in_view,
     let_go,
     mission,
-    open_planner,
     place_anchors,
     press_button,
     settled,
@@ -29,20 +27,6 @@ from tests.stories.planner import (
 
 HIGH_M, WALL = 90.0, ((647000.0, 5136800.0), (649200.0, 5136900.0))
 BEHIND = (648000.0, 5137000.0)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 @pytest.fixture

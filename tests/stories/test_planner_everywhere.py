@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, in_view, mission, open_planner, place_anchors, settled, take
+from tests.stories.planner import at, in_view, mission, place_anchors, settled, take
 
 AXE = Path(__file__).parents[2] / "service" / "page" / "testing" / "axe.min.js"
 MODES = ("ground", "anchors", "coverage", "path", "air", "live", "brief")
 SHIFT = 8  # of DevTools' key modifiers
 SERIOUS = ("serious", "critical")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def serious(page: Browser) -> list[str]:

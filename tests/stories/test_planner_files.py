@@ -8,7 +8,6 @@ import json
 import re
 import time
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,28 +17,13 @@ from pyproj import Transformer
 
 import dem_samples
 from terrain import height_at
-from tests.service.browser import MAY_TAKE_S, Browser, browsing
-from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, press_button, settled, take
+from tests.service.browser import MAY_TAKE_S, Browser
+from tests.stories.planner import at, field, mission, place_anchors, press_button, settled, take
 
 FOOT_M = 0.3048
 READOUT = "(document.getElementById('readout')?.textContent ?? '')"
 KML = "{http://www.opengis.net/kml/2.2}"
 GPX = "{http://www.topografix.com/GPX/1/1}"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def saved_by(page: Browser, button: str, folder: Path) -> bytes:

@@ -14,19 +14,13 @@ import rasterio
 from service.ground.coverage import LIBRARY
 from terrain import GroundLibrary, index_ground
 from terrain.tiles.library import edited
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import field, in_view, let_go, mission, open_planner, settled, take
+from tests.stories.planner import field, in_view, let_go, mission, settled, take
 from tests.terrain.tiles.cutting import cut_tif, rough
 
 METRES = rasterio.Affine(30, 0, 700_000, 0, -30, 5_100_000)
 MIDDLE_DEG = (11.62, 46.0)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @pytest.fixture
@@ -37,14 +31,6 @@ def tiles(server: Server, tmp_path: Path) -> Iterator[None]:
         editing.library, _ = index_ground(GroundLibrary(), [tmp_path / "tiles"])
     yield
     (server.folder / LIBRARY).unlink()
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def test_a_box_drawn_over_the_tiles_becomes_the_ground(tiles: None, page: Browser) -> None:

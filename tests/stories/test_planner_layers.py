@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import rasterio
 
-from tests.service.browser import Browser, browsing
-from tests.service.running import Server
+from tests.service.browser import Browser
 from tests.stories.planner import (
     at,
     field,
     let_go,
     mission,
-    open_planner,
     place_anchors,
     press_button,
     settled,
@@ -32,20 +29,6 @@ ASKED = (
 INSPECTOR = "document.querySelector('.inspector').textContent"
 FEATURES = "planner.map.getAllLayers().flatMap((one) => one.getSource()?.getFeatures?.() ?? []).length"
 DISTANCE = "parseFloat((document.querySelector('.drawer .u-value')?.textContent ?? '').replace(',', ''))"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def show(page: Browser, layer: str) -> list[float]:

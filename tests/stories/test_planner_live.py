@@ -11,9 +11,9 @@ import pytest
 
 import dem_samples
 from terrain import ElevationGrid, height_at
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, take
+from tests.stories.planner import at, field, mission, place_anchors, settled, take
 
 PLACES = (
     (646500.0, 5136500.0),
@@ -28,20 +28,6 @@ DRAWN = (
     "planner.map.getAllLayers().find((one) => one.getZIndex() === 22).getSource().getFeatures()"
     ".flatMap((one) => [one.getStyle()].flat())"
 )
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.service.browser import CONTROL, Browser, browsing
+from tests.service.browser import CONTROL, Browser
 from tests.service.running import Server, running
 from tests.stories.planner import VALLEY, at, field, mission, open_planner, place_anchors, press_button, settled, take
 
@@ -28,12 +28,6 @@ NO_WEBGL = """for (const kind of [HTMLCanvasElement, OffscreenCanvas]) {
 FILL = """(() => { let text = "x".repeat(1 << 20); for (let n = 0; text.length > 0; )
   try { localStorage.setItem(`full ${n}`, text); n += 1; } catch { text = text.slice(0, text.length >> 1); } })()"""
 QUICK: dict[str, Any] = {"workers": 1, "spare_workers": 0, "rehearse": "maps"}
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, press_button, settled, shares, take
+from tests.stories.planner import at, field, mission, place_anchors, press_button, settled, shares, take
 
 RADIO = "868MHz"
 AREA = ((647000.0, 5136200.0), (649000.0, 5136200.0), (649000.0, 5137700.0), (647000.0, 5137700.0))
 FOUND = "document.querySelectorAll('#found .list li').length"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def hear(page: Browser) -> None:

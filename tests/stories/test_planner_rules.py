@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from shapely import LineString, Point, Polygon
 
 import dem_samples
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, shares, take
+from tests.stories.planner import at, field, mission, place_anchors, settled, shares, take
 
 FORBIDDEN = ((645000.0, 5135200.0), (648000.0, 5135200.0), (648000.0, 5139600.0), (645000.0, 5139600.0))
 ROAD = ((650800.0, 5135400.0), (650800.0, 5139400.0))
 APART_M = 900.0
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def draw(page: Browser, tool: str, places: tuple[tuple[float, float], ...]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +13,13 @@ import rasterio
 
 import dem_samples
 from terrain import to_lon_lat
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
 from tests.stories.planner import (
     at,
     field,
     let_go,
     mission,
-    open_planner,
     place_anchors,
     press_button,
     requests,
@@ -35,20 +33,6 @@ PLACE = (648000.0, 5137000.0)
 READOUT = "(document.getElementById('readout')?.textContent ?? '')"
 SAVED = "document.querySelector('.keeping').textContent.includes(': saved')"
 NOTE = "(document.querySelector('.drawer [role=status]')?.textContent ?? '')"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def signal_of_the_service(page: Browser, server: Server) -> tuple[float, float]:

@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.service.browser import Browser, browsing
-from tests.service.running import Server
+from tests.service.browser import Browser
 from tests.service.skies import TIME, almanac
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, shares, slide, take
+from tests.stories.planner import at, field, mission, place_anchors, settled, shares, slide, take
 
 HALF_HOUR_M = 3000.0
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def frame_facts(page: Browser) -> str:

@@ -5,36 +5,21 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 
-from tests.service.browser import Browser, browsing
+from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, open_planner, place_anchors, settled, take
+from tests.stories.planner import at, field, mission, place_anchors, settled, take
 
 START, GOAL = (645600.0, 5136000.0), (650500.0, 5138500.0)
 ANSWER = "(document.getElementById('path-answer')?.textContent ?? '')"
 FOUND = f"{ANSWER}.includes('validator passed')"
 SHOWN = "document.querySelector('#ways input:checked')?.value"
 LINES = "planner.map.getAllLayers().find((one) => one.getZIndex() === 14).getSource().getFeatures()"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browsing(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Browser]:
-    open_planner(browser, server)
-    browser.complaints.clear()
-    yield browser
-    assert browser.complaints == []
 
 
 def set_ends(page: Browser) -> None:
