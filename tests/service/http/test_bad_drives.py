@@ -64,4 +64,4 @@ def test_orbits_of_another_day_fail_in_a_sentence(server: Server, ground: dict[s
     job = server.until_over(posted.headers["Location"])
     assert job["status"] == "failed"
     assert job["problem"]["type"] == "/problems/gnss-input"
-    assert "is of another time than the observations" in job["problem"]["detail"]
+    assert "is of another time than the observation file" in job["problem"]["detail"]
