@@ -143,7 +143,7 @@ def _least_error(problem: Problem, count: int) -> float:
     error_m = np.minimum(
         np.maximum(error_m, _best_geometry(goal) / math.sqrt(weight * max(ranges, 1))), goal.worst_counted_m
     )
-    mean_m = float(error_m @ problem.targets.weight) / problem.targets.total
+    mean_m = float((error_m * problem.targets.weight).sum()) / problem.targets.total
     return mean_m if goal.objective == "mean_error" else float(error_m.max())
 
 

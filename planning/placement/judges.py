@@ -162,7 +162,8 @@ class GeometryJudge:
     def value(self, chosen: list[int]) -> float:
         """Of a set."""
         values = self.of_targets(chosen)
-        return self._joined(float(values @ self._problem.targets.weight), float(values.min()))
+        # not their product as vectors, which rounds by how many threads work it out
+        return self._joined(float((values * self._problem.targets.weight).sum()), float(values.min()))
 
     def of_targets(self, chosen: list[int]) -> Floats:
         """(m,) what each target is worth."""

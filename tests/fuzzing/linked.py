@@ -54,7 +54,7 @@ class Asking:
     """A service that is asked, what is there, and what came of it; failures: how often, by operation and words.
 
     known: what is there from the beginning and stays, by the names that parameters have for it. told: ids of answers.
-    made: ids of what was asked for, by the path of all of its kind; the first of each stays.
+    made: ids of what was asked for, by the path of all of its kind; what is there from the beginning stays, here too.
     """
 
     url: str
@@ -69,17 +69,20 @@ class Asking:
     answered: set[str] = field(default_factory=set)  # operations that something came of
     failures: Counter[str] = field(default_factory=Counter)
     examples: dict[str, str] = field(default_factory=dict)
+    kept: frozenset[str] = field(init=False)  # what is asked about to the end has to be there to the end
+
+    def __post_init__(self) -> None:
+        self.kept = frozenset(itertools.chain(*self.known.values(), *self.made.values()))
 
     def make_real(self, case: schemathesis.Case) -> None:
         """Put what is there into a case, most of the time; ids that a link has put there stay."""
         label, rarely = case.operation.label, self.chance.random() < 0.2
         deletes = case.method.upper() == "DELETE" and case.operation.path.endswith("}")
-        if deletes:  # what is asked about to the end has to be there to the end
-            kept = {*itertools.chain(*self.known.values()), *(ids[0] for ids in self.made.values())}
+        if deletes:
             case.path_parameters |= {
                 name: uuid.UUID(int=self.chance.getrandbits(128)).hex
                 for name, given in case.path_parameters.items()
-                if given in kept
+                if given in self.kept
             }
         if rarely:
             return

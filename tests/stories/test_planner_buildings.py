@@ -88,7 +88,7 @@ def test_footprints_let_go_on_the_page_are_buildings_and_outlive_it(page: Browse
     page.choose(field(page, "Where no height is told"), "12")
     let_go(page, [town])
     told = "(document.getElementById('notice')?.textContent ?? '')"
-    page.until(f"{told}.includes('1 building; 1 other shapes were passed over')")
+    page.until(f"{told}.includes('1 building; 1 other shape was passed over')")
     settled(page)
     page.open(page.value("location.href"))
     page.until("!!window.planner && planner.mission().buildings?.default_height_m === 12")

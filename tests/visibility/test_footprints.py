@@ -43,7 +43,7 @@ def test_levels_count_only_when_they_are_asked_for():
         parse_footprints(collection(feature(tags)), level())
     found, told = parse_footprints(collection(feature(tags)), level(), FootprintHeights(level_m=3.0))
     assert (found[0].height_m, found[0].min_height_m) == (12.0, 3.0)
-    assert told == ("The footprints: 1 heights are levels of 3.0 m each, as asked.",)
+    assert told == ("The footprints: heights told as levels, taken as 3.0 m each, as asked: 1.",)
 
 
 def test_what_is_no_building_is_passed_over_and_told():
@@ -53,8 +53,8 @@ def test_what_is_no_building_is_passed_over_and_told():
     found, told = parse_footprints(collection(node, park, hall), level())
     assert len(found) == 1
     assert told == (
-        "The footprints: 1 polygons are no buildings and are passed over.",
-        "The footprints: 1 features are no polygons and are passed over.",
+        "The footprints: polygons that are no buildings, passed over: 1.",
+        "The footprints: features that are no polygons, passed over: 1.",
     )
 
 

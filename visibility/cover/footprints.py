@@ -100,11 +100,11 @@ def footprints_of(
     if not found:
         raise CoverError(f"{called} holds no footprints of buildings (polygons with a tag building or a height).")
     told = (
-        (other, "polygons are no buildings and are passed over"),
-        (by_levels, f"heights are levels of {heights.level_m} m each, as asked"),
-        (by_default, f"heights are not told and taken as {heights.default_m} m, as asked"),
+        ("polygons that are no buildings, passed over", other),
+        (f"heights told as levels, taken as {heights.level_m} m each, as asked", by_levels),
+        (f"heights not told, taken as {heights.default_m} m, as asked", by_default),
     )
-    return found, tuple(f"{called}: {count} {what}." for count, what in told if count)
+    return found, tuple(f"{called}: {what}: {count}." for what, count in told if count)
 
 
 def read_footprints(
@@ -150,7 +150,7 @@ def parse_footprints(
             polygons.append(OneFootprint(placed, tags, name))
     found, told = footprints_of(polygons, heights or FootprintHeights(), called)
     if others:
-        told = (*told, f"{called}: {others} features are no polygons and are passed over.")
+        told = (*told, f"{called}: features that are no polygons, passed over: {others}.")
     return found, told
 
 

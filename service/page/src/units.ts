@@ -56,5 +56,5 @@ export function figure(value: number | null | undefined, digits = 2): string {
 export function duration(seconds: number): string {
   if (seconds < 120) return `${seconds.toFixed(0)} s`;
   const minutes = Math.round(seconds / 60);
-  return minutes < 120 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  return minutes < 120 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
 }

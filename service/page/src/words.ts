@@ -38,7 +38,7 @@ export const words = {
   buildingsTooLarge: (name: string, bytes: number, most: number) =>
     `The footprints of ${name.slice(0, 60)} have ${Math.ceil(bytes / 1000)} kB, and ${most / 1000} kB travel with a mission: cut the file to the mission's area.`,
   buildingsTaken: (name: string, kept: number, passed: number) =>
-    `${name.slice(0, 60)}: ${kept === 1 ? "1 building" : `${kept} buildings`}${passed === 0 ? "" : `; ${passed} other shapes were passed over`}.`,
+    `${name.slice(0, 60)}: ${kept === 1 ? "1 building" : `${kept} buildings`}${passed === 0 ? "" : `; ${passed} other ${passed === 1 ? "shape was" : "shapes were"} passed over`}.`,
   treesFirst: "Say how high the trees are first.",
   treesTooLarge: (name: string, bytes: number, most: number) =>
     `${name.slice(0, 60)} has ${Math.ceil(bytes / 1000)} kB, and ${most / 1000} kB travel with a mission: cut it to the mission's area, or take it coarser.`,
@@ -136,6 +136,8 @@ export const words = {
     frame: "Where one may fly at that time", available: "Share of the time that one may fly",
   },
   /** What the map shows, by its name; of usable signals where these decide. */
+  dilutionOf: (measure: keyof typeof planning.measures, alongSurface: boolean): string =>
+    alongSurface ? `${measure.toUpperCase()}, along the surface` : planning.measures[measure],
   shows: (name: Overlay, heard: boolean): string => (heard ? HEARD[name] : undefined) ?? words.overlay[name],
   usable: "usable",
   tooWeak: "too weak",

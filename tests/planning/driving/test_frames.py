@@ -44,5 +44,5 @@ def test_a_map_that_lies_nowhere_is_told_so_and_latitude_is_of_no_other():
     polar = map_frame(local, (0.0, 0.0, 0.0), 90.0)
     assert polar.warnings == ()
     assert polar.tangent.latitude_rad == pytest.approx(math.pi / 2.0)
-    with pytest.raises(StateError, match="of a DEM without CRS"):
+    with pytest.raises(StateError, match="for a DEM without CRS"):
         map_frame(small_grid(), PLACES_M[0], 34.0)

@@ -142,7 +142,7 @@ function signalPainting({ marginWantedDb }: Looked, { bestDb }: Margins): Painti
 }
 
 function dopPainting({ dopLimit }: Looked, { dop, answer }: Dilution): Painting {
-  return { title: answer.measure.toUpperCase(), ...limited(dop, dopLimit, (value) => figure(value, 1)) };
+  return { title: words.dilutionOf(answer.measure, answer.on_surface), ...limited(dop, dopLimit, (value) => figure(value, 1)) };
 }
 
 function errorPainting({ errorLimitM }: Looked, errorM: Float32Array): Painting {

@@ -131,10 +131,10 @@ function Heard() {
 
 function Worth() {
   const [now, here] = [dilution.value, ground.value];
-  const limit = mission.value.positioning.dop_limit;
+  const { dop_limit: limit, measure, on_surface } = mission.value.positioning;
   const within = useMemo(() => (now && here ? percent(shareBelow(here, now.dop, limit)) : "–"), [now, here, limit]);
   return (
-    <Group title={ui.measures[mission.value.positioning.measure]}>
+    <Group title={words.dilutionOf(measure, on_surface)}>
       <div class={!now || isDilutionCurrent() ? "" : "stale"} id="dilution-facts">
         <Facts
           rows={[

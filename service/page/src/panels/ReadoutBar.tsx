@@ -15,8 +15,8 @@ export function ReadoutBar() {
   const place = pinned.value ?? cursor.value;
   const now = place && readoutAt(place);
   return (
+    // buttons before the numbers, which grow when the exact ones arrive: what is about to be pressed stays where it is
     <section class="readout" id="readout" aria-label={words.readout}>
-      {now ? <Told now={now} /> : <span class="hint">{ui.cursorHint}</span>}
       {pinned.value && now && (
         <span class="row">
           {now.sight.map(({ anchor }) => (
@@ -29,6 +29,7 @@ export function ReadoutBar() {
           </button>
         </span>
       )}
+      {now ? <Told now={now} /> : <span class="hint">{ui.cursorHint}</span>}
       {pathLine.value.length > 1 && (
         <button type="button" class="small" onClick={profileOfPath}>
           {ui.profilePath}

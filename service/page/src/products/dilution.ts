@@ -11,6 +11,7 @@ import { asking } from "./asking";
 
 export interface DilutionTold extends Summary {
   readonly measure: Positioning["measure"];
+  readonly on_surface: boolean;
   /** Part of the known posts whose dilution is unknown, 0..1; null where no post is known. */
   readonly share_unknown: number | null;
   /** p50 and p95 of what is known; +Infinity is no fix. */
@@ -32,6 +33,7 @@ interface Wanted {
   readonly key: string;
   readonly on: Ground;
   readonly coarser: number;
+  readonly asked: Pick<Positioning, "kind" | "measure" | "on_surface">;
   readonly body: Readonly<Record<string, unknown>>;
   readonly withError: boolean;
 }
@@ -47,34 +49,28 @@ function wanted(): Wanted | null {
   if (!here || !on || !looked || anchors.length === 0) return null;
   const { full, dragged } = levelsFor(here, on.heights.level, isHeard(now));
   const level = following.value ? dragged : full;
-  const body = {
-    dem_id: here.id,
-    receiver_above_ground_m: rover.receiver_above_ground_m,
-    kind: positioning.kind,
-    measure: positioning.measure,
-    on_surface: positioning.on_surface,
-    level,
-  };
+  const { kind, measure, on_surface } = positioning;
+  const body = { dem_id: here.id, receiver_above_ground_m: rover.receiver_above_ground_m, kind, measure, on_surface, level };
   const withError = overlay.value === "error";
   const key = JSON.stringify([body, sightKey(now), withError]);
-  return { key, on, coarser: level - on.heights.level, body: { ...body, ...sightBody(now) }, withError };
+  return { key, on, coarser: level - on.heights.level, asked: { kind, measure, on_surface }, body: { ...body, ...sightBody(now) }, withError };
 }
 
-const asked = asking({ work: "dilution", answer: dilution, wanted, isShown, read });
-export const [isDilutionCurrent, awaitsDilution, dilutionTimesMs] = [asked.isCurrent, asked.awaits, asked.timesMs];
+const questions = asking({ work: "dilution", answer: dilution, wanted, isShown, read });
+export const [isDilutionCurrent, awaitsDilution, dilutionTimesMs] = [questions.isCurrent, questions.awaits, questions.timesMs];
 
 export function watchDilution(): void {
   effect(() => {
     if (mission.value.anchors.length === 0) dilution.value = null;
   });
-  asked.watch();
+  questions.watch();
 }
 
-async function read({ key, on, coarser, body, withError }: Wanted): Promise<Dilution> {
+async function read({ key, on, coarser, body, asked, withError }: Wanted): Promise<Dilution> {
   const [told, error] = await Promise.all([preview({ ...body, show: "dop" }), withError ? preview({ ...body, show: "position_error" }) : null]);
   const { rows, cols } = on.heights;
   const dop = keptOf(told, 0, coarser, rows, cols);
-  return { key, dop, errorM: error && keptOf(error, 0, coarser, rows, cols), answer: { ...told, measure: body["measure"] as Positioning["measure"], ...factsOf(on, dop) } };
+  return { key, dop, errorM: error && keptOf(error, 0, coarser, rows, cols), answer: { ...told, ...asked, ...factsOf(on, dop) } };
 }
 
 /** What the service's dilution map tells in numbers, of the posts that shares are counted over. */
