@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.planning.mixed_integers import best_by_highs
 from benchmarks.planning.placing import lattice_of
 from benchmarks.report import Row, Table, duration
 from benchmarks.terrains import fractal_grid, real_grid
@@ -46,7 +47,8 @@ greedy alone."""
 PROOFS_NOTE = """\
 The same problems. Simple bound: of submodular counting, or of what all candidates together give. Bound: branch and
 bound over Lagrangian bounds after the search; time is that of both: the lesser of the clock's and of all threads'
-processor time."""
+processor time. HiGHS (SciPy's), asked for at most {seconds:g} s: what it placed and its bound, where the goal is a
+mixed-integer program."""
 MOVES_NOTE = """\
 Fractal ground of {posts}² posts, 30 m cells; four drones at random, one of them occluded for good, a stretch of 150 m
 ahead, three to be in sight, flights up to {reach_m:g} m. Brute force sends every drone to every post within the flight
@@ -110,6 +112,7 @@ def proofs(problems: int = 20, posts: int = 110, effort_s: float = 60.0) -> Tabl
             *(told(goal, sign * value) for value in (found.value, simple, found.bound)),
             "proved" if found.proved else f"{share:.0%}",
             duration(taken_s),
+            _by_highs(ready.problem, count, effort_s),
         )
         # of coverage, k up to 5 is to be proved
         easy = goal.objective == "coverage" and count <= 5
@@ -120,8 +123,17 @@ def proofs(problems: int = 20, posts: int = 110, effort_s: float = 60.0) -> Tabl
                 (found.proved or not easy) and share <= 0.5 and taken_s <= 60.0,
             )
         )
-    columns = ("problem", "placed", "simple bound", "bound", "gap, of the simple one", "time")
-    return Table("What no placement exceeds", columns, rows, PROOFS_NOTE)
+    columns = ("problem", "placed", "simple bound", "bound", "gap, of the simple one", "time", "HiGHS: placed, bound")
+    return Table("What no placement exceeds", columns, rows, PROOFS_NOTE.format(seconds=effort_s))
+
+
+def _by_highs(problem: Problem, count: int, seconds: float) -> str:
+    goal = problem.goal
+    if goal.objective != "coverage" or goal.spare:
+        return "–"
+    peer = best_by_highs(problem, count, seconds)
+    placed = "nothing" if math.isnan(peer.value) else told(goal, peer.value)
+    return f"{placed}, {told(goal, peer.bound)} in {duration(peer.taken_s)}"
 
 
 def window(number: int, posts: int) -> tuple[str, ElevationGrid]:
