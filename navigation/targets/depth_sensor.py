@@ -53,8 +53,9 @@ class DepthSensor:
         return np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.nan)
 
     def step_m(self, depth_m: npt.ArrayLike) -> Array:
-        """From one depth that can be told to the next, about there: step·z²."""
-        step: Array = self.step_per_m * np.asarray(depth_m, np.float64) ** 2
+        """From one depth that can be told to the next, about there: step·z²; infinite where no number holds that."""
+        with np.errstate(over="ignore"):
+            step: Array = self.step_per_m * np.asarray(depth_m, np.float64) ** 2
         return step
 
     def with_levels_of(self, depths_m: npt.ArrayLike) -> DepthSensor:

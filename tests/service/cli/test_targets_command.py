@@ -104,6 +104,7 @@ def test_images_that_hold_no_targets_are_told_in_a_sentence(pictures, sightline)
     Image.fromarray(np.ones((100, 640), np.uint8)).save(pictures / "small.png")
     (pictures / "cut.png").write_bytes((pictures / "wall.png").read_bytes()[:3000])
     (pictures / "text.npy").write_text("hello")
+    np.save(pictures / "far.npy", np.full((480, 640), 1e300))
     (pictures / "metres.csv").write_text("col,row,depth_m\n" + "\n".join(f"{n},{n},2000" for n in range(20)))
     balls = pictures / "balls.png"
     for sentence, *words in (
@@ -114,6 +115,7 @@ def test_images_that_hold_no_targets_are_told_in_a_sentence(pictures, sightline)
         ("gone.png cannot be read: No such file", pictures / "gone.png"),
         ("are they millimetres?", pictures / "wall.png", "--unit", "m"),
         ("are they millimetres?", pictures / "metres.csv"),
+        ("are they millimetres?", pictures / "far.npy"),
         ("--unit takes m, mm, number, or metres", balls, "--unit", "foot"),
         ("go with a depth image", pictures / "metres.csv", "--unit", "mm"),
         ("a whole number for each of the 480 x 640 pixels", balls, "--labels", pictures / "small.png"),
