@@ -13,7 +13,7 @@ import dem_samples
 from terrain import ElevationGrid, height_at
 from tests.service.browser import Browser
 from tests.service.running import Server
-from tests.stories.planner import at, field, mission, place_anchors, settled, take
+from tests.stories.planner import at, field, mission, place_anchors, press_button, settled, take
 
 PLACES = (
     (646500.0, 5136500.0),
@@ -223,6 +223,25 @@ def test_a_log_is_played_back_on_a_time_bar(
     assert page.text("#doubts").startswith("D1: the map has it hidden, ")
     assert "s say in sight" in page.text("#doubts")
     assert server.client.get("/detectors").json()["total"] == before, "the session of a log is closed behind it"
+
+
+def test_a_log_that_takes_long_is_stopped_and_leaves_no_session(
+    page: Browser, server: Server, valley: ElevationGrid, tmp_path: Path
+) -> None:
+    take(page, "valley")
+    place_anchors(page, PLACES)
+    log = tmp_path / "hours.csv"
+    ((_, ranges),) = rounds(valley, mission(page)["anchors"], 1)
+    measured = ",".join(f"{one:.2f}" for one in ranges.values())
+    log.write_text("\n".join([",".join(["time_s", *ranges]), *(f"{second},{measured}" for second in range(12_000))]))
+    before = server.client.get("/detectors").json()["total"]
+    page.click("#mode-live")
+    page.upload("#log-file", log)
+    press_button(page, "Cancel")
+    page.until("(document.getElementById('refusal')?.textContent ?? '').includes('Cancelled')")
+    settled(page)
+    assert page.value("document.querySelector('#verdicts') === null"), "nothing of it is shown"
+    assert server.client.get("/detectors").json()["total"] == before
 
 
 def test_a_file_that_is_no_log_is_refused_by_what_it_lacks(page: Browser, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import { attempt, busy, ground } from "../state";
 import { distance, length, percent, probability } from "../units";
 import { words } from "../words";
 import { Ahead } from "./Ahead";
-import { Facts, Group, Slider } from "./fields";
+import { Facts, Group, Slider, Stop } from "./fields";
 
 const { ui } = words;
 
@@ -43,6 +43,7 @@ function Choose() {
             }}
           />
         </label>
+        <Stop of={["replay"]} />
       </div>
       {sessions.value.length > 0 && <h4>{ui.sessions}</h4>}
       <ul class="list" id="sessions">

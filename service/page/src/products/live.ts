@@ -1,15 +1,17 @@
 // A detector session on the map: its answers as they come, or those of a log, and which of them is looked at.
 import { computed, signal } from "@preact/signals";
 import { closeDetector, type Detector, type DetectorLinks, type Epoch, listDetectors, openDetector, readLog, sendEpochs, watchDetector } from "../api/detectors";
+import { Refusal } from "../api/http";
 import type { Place } from "../api/types";
 import { heightAt } from "../geo/grid";
 import { isHeard } from "../mission/hearing";
 import { type Anchor, coverBody, radioBody } from "../mission/mission";
-import { ground, mission, notice, refuse, setBusy } from "../state";
+import { ground, mission, notice, refuse } from "../state";
 import { words } from "../words";
 import { fixNeeds } from "./dark";
 import { isPathCurrent, pathLine } from "./path";
 import { thinned } from "./placement";
+import { working } from "./working";
 
 export const sessions = signal<readonly Detector[]>([]);
 /** What is watched: a session, or a log by its name. */
@@ -132,21 +134,22 @@ export async function replay(file: File, readBesides: (links: DetectorLinks) => 
   const body = question(file.name);
   const { epochs: rounds, told } = await readLog(file, mission.peek().anchors.map(({ id }) => id));
   leave();
-  setBusy("replay", 0);
-  const detector = await openDetector(body);
-  try {
-    const answers: Epoch[] = [];
-    for (let at = 0; at < rounds.length; at += EPOCHS_AT_ONCE) {
-      answers.push(...(await sendEpochs(detector.links, rounds.slice(at, at + EPOCHS_AT_ONCE))));
-      setBusy("replay", answers.length / rounds.length);
+  await working("replay", async ({ progress, signal }) => {
+    const detector = await openDetector(body);
+    try {
+      const answers: Epoch[] = [];
+      for (let at = 0; at < rounds.length; at += EPOCHS_AT_ONCE) {
+        if (signal.aborted) throw new Refusal(words.cancelled, 0, "cancelled");
+        answers.push(...(await sendEpochs(detector.links, rounds.slice(at, at + EPOCHS_AT_ONCE))));
+        progress(answers.length / rounds.length);
+      }
+      watched.value = { name: file.name, detector: null };
+      await readBesides(detector.links);
+      epochs.value = answers.filter(({ rejection }) => rejection === null);
+      lookedAt.value = 0;
+      notice.value = [words.replayed(file.name, answers.length, answers.length - epochs.value.length), ...told].join(" ");
+    } finally {
+      await closeDetector(detector.links);
     }
-    watched.value = { name: file.name, detector: null };
-    await readBesides(detector.links);
-    epochs.value = answers.filter(({ rejection }) => rejection === null);
-    lookedAt.value = 0;
-    notice.value = [words.replayed(file.name, answers.length, answers.length - epochs.value.length), ...told].join(" ");
-  } finally {
-    setBusy("replay", undefined);
-    await closeDetector(detector.links);
-  }
+  });
 }
