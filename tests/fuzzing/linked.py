@@ -32,6 +32,7 @@ from schemathesis.core.transport import Response
 from schemathesis.hooks import GLOBAL_HOOK_DISPATCHER
 from schemathesis.specs.openapi.checks import negative_data_rejection
 
+from service.files.layer import COG
 from service.http.app import create_app
 from service.products.registry import PRODUCTS
 from service.settings import Settings
@@ -47,6 +48,9 @@ PATIENCE_S = 60.0
 LATEST = 3  # of what was made
 MOST_BYTES = 100_000  # of an answer that are looked through for ids
 LAYERS = {product.path: [layer.name for layer in product.layers] for product in PRODUCTS.values()}
+RASTERS = {
+    product.path: [layer.name for layer in product.layers if layer.media_type == COG] for product in PRODUCTS.values()
+}
 
 
 @dataclass(slots=True)
@@ -95,7 +99,8 @@ class Asking:
         jobs = [*jobs[:1], *jobs[-LATEST:]]
         for name, given in dict(case.path_parameters or {}).items():
             if name in ("layer", "name"):
-                case.path_parameters[name] = self.chance.choice(LAYERS.get(path, ["mission.json"]))
+                names = RASTERS if "/tiles/" in case.operation.path else LAYERS
+                case.path_parameters[name] = self.chance.choice(names.get(path, ["mission.json"]))
             elif name in ("level", "row", "col"):
                 case.path_parameters[name] = 0
             elif given not in self.told and not deletes:
@@ -160,8 +165,8 @@ def asked(asking: Asking, cases: int, seed: int, seconds: float = math.inf) -> N
     schema = schemathesis.openapi.from_dict(asking.document)
     # a request may fit its schema and yet make no sense: two heights for one point, a file that is no DEM
     schema.config.checks.positive_data_acceptance.enabled = False
-    # a body beyond its limit is refused with 413, before anybody looks at what else is wrong with it
-    schema.config.checks.negative_data_rejection.expected_statuses.append("413")
+    # a body beyond its limit, or for what is over, is refused before anybody looks at what else is wrong with it
+    schema.config.checks.negative_data_rejection.expected_statuses += ["413", "410"]
     runs = itertools.count()
     until, until_s = asking.cases + cases, time.monotonic() + seconds
 
