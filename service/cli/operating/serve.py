@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,8 @@ from typing import Annotated
 from ..asking.options import GROUP, option, told
 
 __all__ = ["serve", "warm_up"]
+
+SWITCH_S = 0.001
 
 
 @GROUP
@@ -29,6 +32,8 @@ class ServiceOptions:
 
 def serve(*, options: ServiceOptions = ServiceOptions()) -> None:
     """Start the HTTP service. Every other setting comes from the environment, as SIGHTLINE_<NAME>."""
+    # a request changes threads some times, and each time a thread that calculates would keep it waiting for 5 ms
+    sys.setswitchinterval(SWITCH_S)
     gc.disable()  # until all is loaded, for all of that stays: looking through it meanwhile is a tenth of the start
     from service.http.app import serve as serve_until_stopped
     from service.settings import Settings

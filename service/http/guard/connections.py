@@ -6,7 +6,7 @@ import errno
 import ipaddress
 import logging
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
@@ -69,6 +69,31 @@ class Watched(Protocol):
         ...
 
 
+class _Held:
+    """The connections of one address, oldest first: over which nothing has been asked yet, and the others.
+
+    Who has been answered comes back for more, so the silent ones go first.
+    """
+
+    def __init__(self) -> None:
+        self.silent: dict[Watched, None] = {}
+        self.others: dict[Watched, None] = {}
+
+    def __len__(self) -> int:
+        return len(self.silent) + len(self.others)
+
+    def longest(self, silent_before_s: float) -> Watched | None:
+        """What was never asked for anything since then, else what has been idle longest; None where neither is."""
+        for one in self.silent:
+            since_s = one.idle_since_s
+            if since_s is not None:
+                if since_s <= silent_before_s:
+                    return one
+                break  # the rest came later
+        idle = [(since_s, one) for one in self.others if (since_s := one.idle_since_s) is not None]
+        return min(idle, key=lambda each: each[0])[1] if idle else None
+
+
 class Connections:
     """The open connections of one server; all of it happens in its event loop.
 
@@ -81,9 +106,7 @@ class Connections:
         self._most, self._most_each = settings.max_connections, settings.max_client_connections
         self._proxies = Proxies(settings.trusted_proxies)
         self._open: dict[Watched, None] = {}
-        # over which nothing has been asked yet, by age: who has been answered comes back for more, they go first
-        self._silent: dict[Watched, None] = {}
-        self._each: Counter[str] = Counter()
+        self._each: defaultdict[str, _Held] = defaultdict(_Held)
         self._looked_s = 0.0
         self._told_s = -TOLD_EVERY_S
         self.ended: Counter[str] = Counter()
@@ -95,7 +118,7 @@ class Connections:
     def enter(self, one: Watched) -> ASGIApp | None:
         """Take in a connection; where it cannot be, the app that answers it instead."""
         refusal: LimitError | None = None
-        if self._each[one.address] >= self._most_each and one.address not in self._proxies:
+        if self._number_of(one.address) >= self._most_each and one.address not in self._proxies:
             if not self._make_room(one.address, (one.address,)):
                 refusal = TooManyError(
                     f"This address has {self._most_each} connections, as many as it may; close some",
@@ -108,8 +131,7 @@ class Connections:
                 limit_name="max_connections",
                 limit=self._most,
             )
-        self._open[one] = self._silent[one] = None
-        self._each[one.address] += 1
+        self._open[one] = self._each[one.address].silent[one] = None
         if refusal is None:
             return None
         self._count("refused")
@@ -119,20 +141,23 @@ class Connections:
 
     def asked(self, one: Watched) -> None:
         """A request came over a connection."""
-        self._silent.pop(one, None)
+        if one in self._open and one in (mine := self._each[one.address]).silent:
+            del mine.silent[one]
+            mine.others[one] = None
 
     def become(self, one: Watched, other: Watched) -> None:
         """A connection goes on in another protocol."""
-        del self._open[one]
-        self._open[other] = None
+        self.leave(one)
+        self._open[other] = self._each[other.address].others[other] = None
 
     def leave(self, one: Watched) -> None:
         """A connection is over."""
         if one in self._open:
             del self._open[one]
-            self._silent.pop(one, None)
-            self._each[one.address] -= 1
-            if not self._each[one.address]:
+            mine = self._each[one.address]
+            mine.silent.pop(one, None)
+            mine.others.pop(one, None)
+            if not mine:
                 del self._each[one.address]
 
     def sweep(self, now_s: float) -> None:
@@ -162,11 +187,11 @@ class Connections:
         An address that has fewer than the newcomer's gives none: those who come and go by the thousand make room among
         themselves.
         """
+        now_s, few = time.monotonic(), self._number_of(newcomer)
         for address in addresses:
-            if self._each[address] >= self._each[newcomer]:
-                longest = self._longest_of(
-                    address, silent_s=0.0 if self._each[address] > self._each[newcomer] else MOMENT_S
-                )
+            number = self._number_of(address)
+            if number and number >= few:
+                longest = self._each[address].longest(now_s if number > few else now_s - MOMENT_S)
                 if longest is not None:
                     self.leave(longest)
                     self._count("idle")
@@ -174,18 +199,12 @@ class Connections:
                     return True
         return False
 
-    def _longest_of(self, address: str, silent_s: float) -> Watched | None:
-        """What an address has had longest without a request, first what was never asked for that long."""
-        before_s = time.monotonic() - silent_s
-        mine = (one for one in self._open if one.address == address)
-        idle = [(one, since_s) for one in mine if (since_s := one.idle_since_s) is not None]
-        never = [(one, since_s) for one, since_s in idle if one in self._silent and since_s <= before_s]
-        among = never or [(one, since_s) for one, since_s in idle if one not in self._silent]
-        return min(among, key=lambda each: each[1])[0] if among else None
+    def _number_of(self, address: str) -> int:
+        return len(self._each[address]) if address in self._each else 0
 
     def _by_number(self) -> list[str]:
         """The addresses, who has most connections first."""
-        return [address for address, _ in self._each.most_common()]
+        return sorted(self._each, key=lambda address: len(self._each[address]), reverse=True)
 
     def _count(self, what: str) -> None:
         self.ended[what] += 1
