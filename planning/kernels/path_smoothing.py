@@ -67,9 +67,14 @@ def relax(field, places, reach, rounds):
     for i in range(n - 1):
         legs[i] = cost_within(field, places[i, 0], places[i, 1], places[i + 1, 0], places[i + 1, 1], math.inf)
     diagonal = math.sqrt(0.5)
+    # where neither a place nor one beside it has moved since it was looked at, nothing is found again
+    open_ = np.ones(n, np.bool_)
     for _ in range(rounds):
         moved = False
         for i in range(1, n - 1):
+            if not open_[i]:
+                continue
+            open_[i] = False
             for way in range(8):
                 down = (1.0, -1.0, 0.0, 0.0, diagonal, diagonal, -diagonal, -diagonal)[way] * reach
                 across = (0.0, 0.0, 1.0, -1.0, diagonal, -diagonal, diagonal, -diagonal)[way] * reach
@@ -82,10 +87,12 @@ def relax(field, places, reach, rounds):
                 if into + out < room:
                     places[i, 0], places[i, 1] = row, col
                     legs[i - 1], legs[i] = into, out
+                    open_[i - 1 : i + 2] = True
                     moved = True
                     break
         if not moved:
             reach *= 0.5
+            open_[:] = True
             if reach < 0.02:
                 break
     return places
