@@ -203,7 +203,7 @@ def test_a_request_without_heights_is_refused_and_levels_are_taken_when_asked() 
     with pytest.raises(CoverError, match="the first is way/1"):
         covered(grid, asked())
     built = covered(grid, asked(level_m=3.0))
-    assert any("levels of 3.0 m each, as asked" in warning for warning in built.provenance.warnings)
+    assert any("taken as 3.0 m each, as asked: " in warning for warning in built.provenance.warnings)
     with pytest.raises(ValidationError, match="needs footprints, meshes or a canopy"):
         CoverParameters.model_validate({"cover": {}})
 

@@ -37,7 +37,7 @@ def test_whoever_waits_at_the_end_is_told_where_the_job_goes_on(tmp_path: Path) 
 
         waiting = [threading.Thread(target=wait)]
         waiting[0].start()
-        page = server.until("/visibility-maps", lambda page: page["total"] == 1)
+        page = server.until("/visibility-maps", lambda page: bool(page["visibility_maps"]))
         path = page["visibility_maps"][0]["links"]["self"]
         waiting.append(threading.Thread(target=watch, args=(path,)))
         waiting[1].start()

@@ -63,7 +63,7 @@ def test_levels_count_where_they_are_asked_for_and_what_lies_outside_is_left_out
 ) -> None:
     levels = posted(server, MAP, ground, cover={"footprints": {"geojson": town("levels"), "level_m": 3.0}})
     assert levels.status_code == 201, levels.text
-    assert any("levels of 3.0 m each, as asked" in warning for warning in levels.json()["result"]["warnings"])
+    assert any("taken as 3.0 m each, as asked: " in warning for warning in levels.json()["result"]["warnings"])
     outside = posted(server, MAP, ground, cover={"footprints": {"geojson": town("outside")}}).json()["result"]
     assert any("have no known ground under their middle and are left out" in one for one in outside["warnings"])
     assert outside["dem"]["cover"]["buildings"]["solids"] == len(footprints()["features"]) - 1
