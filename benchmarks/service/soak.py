@@ -106,19 +106,25 @@ def epochs(server: Server, session: str, numbers: range) -> None:
         server.client.post(f"{session}/epochs", json={"epochs": some}).raise_for_status()
 
 
+def opened(server: Server) -> str:
+    """The path of a new session."""
+    return str(server.client.post("/detectors", json={"anchors": ANCHORS}).raise_for_status().headers["Location"])
+
+
 def use(place: Path, map_count: int, epoch_count: int) -> Iterator[tuple[str, int, Taken]]:
     """Ask for so many maps and epochs under retention; what the service takes after each twentieth of either."""
     kept: dict[str, Any] = {"keep_results_s": KEEP_S, "max_results_bytes": KEEP_BYTES}
     with running(place / "use", workers=1, spare_workers=0, rehearse="maps", access_log=False, **kept) as server:
         dem = ground(server, place)
-        session = server.client.post("/detectors", json={"anchors": ANCHORS}).headers["Location"]
-        asks: dict[str, tuple[Callable[[Server, Any, range], None], Any, int]] = {
-            "maps": (maps, dem, map_count),
-            "epochs": (epochs, session, epoch_count),
+        asks: dict[str, tuple[Callable[[Server, Any, range], None], Callable[[], Any], int]] = {
+            "maps": (maps, lambda: dem, map_count),
+            # opened when maps are done: it would expire meanwhile
+            "epochs": (epochs, lambda: opened(server), epoch_count),
         }
-        for what, (ask, of, count) in asks.items():
+        for what, (ask, made, count) in asks.items():
             if not count:
                 continue
+            of = made()
             ends = [count * part // LOOKS for part in range(LOOKS + 1)]
             for begin, end in itertools.pairwise(ends):
                 ask(server, of, range(begin, end))
