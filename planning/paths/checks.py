@@ -95,9 +95,8 @@ def hidden_places(
     seen = maps.sightings(coarse, times_s)
     hidden = [coarse[breaks(problem.limits, seen)]]
     cell_m = max(field.grid.cell_east_m, field.grid.cell_north_m)
-    close = _close(seen, NEAR_M_PER_CELL * cell_m)
-    kept = close[:-1] | close[1:]
-    begin, end = ((np.column_stack([coarse, times_s])[part])[kept] for part in (slice(None, -1), slice(1, None)))
+    loose = _loose(problem.limits, seen, NEAR_M_PER_CELL * cell_m, 1)[1:-1, 0]
+    begin, end = ((np.column_stack([coarse, times_s])[part])[loose] for part in (slice(None, -1), slice(1, None)))
     for step, finer in pairwise(STEPS):
         if len(begin) == 0:
             break
@@ -106,17 +105,25 @@ def hidden_places(
         inner = at[1:-1].reshape(-1, 3)
         seen = maps.sightings(inner[:, :2], inner[:, 2])
         hidden.append(inner[breaks(problem.limits, seen), :2])
-        close = _close(seen, NEAR_M_PER_CELL * cell_m * finer / STEPS[0]).reshape(len(at) - 2, -1)
-        kept = np.zeros((len(at) - 1, len(begin)), np.bool_)
-        kept[1:] |= close
-        kept[:-1] |= close
-        begin, end = at[:-1][kept], at[1:][kept]
+        loose = _loose(problem.limits, seen, NEAR_M_PER_CELL * cell_m * finer / STEPS[0], len(begin))
+        begin, end = at[:-1][loose], at[1:][loose]
     return np.concatenate(hidden)
 
 
-def _close(seen: Sightings, near_m: float) -> npt.NDArray[np.bool_]:
-    """(n,) whether a line that is in sight passes so near to the ground that it may be hidden a little further on."""
-    return np.asarray((seen.visible & (seen.margin_m < near_m)).any(axis=1))
+def _loose(limits: PathLimits, seen: Sightings, near_m: float, abreast: int) -> npt.NDArray[np.bool_]:
+    """(m + 1, p) which pieces before, between and after m points in a row may break a limit somewhere within.
+
+    abreast: p, so many rows of m points lie side by side. A line that is in sight near to the ground may be hidden a
+    little further on; lines further from it stay in sight from one point to the next.
+    """
+    sure = (seen.visible & ~(seen.margin_m < near_m)).reshape(-1, abreast, seen.visible.shape[1])
+    stay = np.concatenate([sure[:1], sure[:-1] & sure[1:], sure[-1:]])
+    loose = stay.sum(axis=2) < limits.min_anchors
+    if math.isfinite(limits.dop_limit):
+        near = (seen.visible.reshape(sure.shape) & ~sure).any(axis=2)
+        loose[:-1] |= near
+        loose[1:] |= near
+    return np.asarray(loose)
 
 
 def breaks(limits: PathLimits, seen: Sightings) -> npt.NDArray[np.bool_]:

@@ -71,15 +71,14 @@ def sight_along(
     sources_m, distant = np.zeros((n, k, 3)), np.zeros(k, np.bool_)
     stands = np.isfinite(antenna_m).all(axis=1)
     for number, anchor in enumerate(anchors):
-        states = _states(anchor, time_s)
-        there = np.flatnonzero(stands & np.array([state is not None for state in states]))
+        one, is_there, places = _along(anchor, time_s)
+        there = np.flatnonzero(stands & is_there)
         if len(there) == 0:
             continue
-        one = states[there[0]]
         distant[number] = isinstance(one, DistantAnchor)
         # where there is none, those of the next moment when there is
         known = np.minimum(np.searchsorted(there, np.arange(n)), len(there) - 1)
-        ends_m = np.array([_source(states[i]) for i in there])
+        ends_m = places[there]
         sources_m[:, number] = ends_m[known]
         if distant[number]:
             ends_m = _beyond_the_grid(grid, ends_m, antenna_m[there], curvature)
@@ -127,11 +126,14 @@ def dilution_along(
     return found
 
 
-def _states(anchor: AnyAnchor, time_s: Numbers) -> list[Anchor | DistantAnchor | None]:
-    """The anchor at each moment; None while it is not there."""
+def _along(anchor: AnyAnchor, time_s: Numbers) -> tuple[Anchor | DistantAnchor | None, npt.NDArray[np.bool_], Numbers]:
+    """(the anchor while it is there, at which of n moments that is, its ``_source`` then (n, 3), else NaN)."""
     if isinstance(anchor, Anchor | DistantAnchor):
-        return [anchor] * len(time_s)
-    return [_state(anchor, moment_s) for moment_s in time_s.tolist()]
+        return anchor, np.ones(len(time_s), np.bool_), np.tile(_source(anchor), (len(time_s), 1))
+    states = [_state(anchor, moment_s) for moment_s in time_s.tolist()]
+    one = next((state for state in states if state is not None), None)
+    places = [(math.nan,) * 3 if state is None else _source(state) for state in states]
+    return one, np.array([state is not None for state in states]), np.reshape(places, (-1, 3))
 
 
 def _state(anchor: MovingAnchor, moment_s: float) -> Anchor | DistantAnchor | None:
@@ -152,11 +154,10 @@ def _is_doubted(anchor: Anchor, antenna_m: Numbers) -> npt.NDArray[np.bool_]:
     return found
 
 
-def _source(state: Anchor | DistantAnchor | None) -> tuple[float, float, float]:
+def _source(state: Anchor | DistantAnchor) -> tuple[float, float, float]:
     if isinstance(state, DistantAnchor):
         flat = math.cos(state.elevation_rad)
         return flat * math.sin(state.azimuth_rad), flat * math.cos(state.azimuth_rad), math.sin(state.elevation_rad)
-    assert isinstance(state, Anchor)
     return state.east_m, state.north_m, state.altitude_m
 
 

@@ -45,6 +45,7 @@ __all__ = [
     "ReadDemArguments",
     "ReadingOptions",
     "Ready",
+    "ReplanArguments",
     "Start",
     "Stop",
     "ToWorker",
@@ -225,6 +226,12 @@ class CalculateArguments(JobRequest):
 
     dem_id: str
     job_id: str
+
+
+class ReplanArguments(CalculateArguments):
+    """A finished path, and from where it is to be planned again."""
+
+    given: BodyArguments
 
 
 class Calculated(TypedDict):

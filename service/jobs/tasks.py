@@ -26,6 +26,7 @@ from service.probes.previews import write_preview
 from service.probes.profiles import profiles
 from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProfilesIn
 from service.products import Given, Needs, Product, Work
+from service.products.paths.replans import ReplanIn, replan
 from terrain import ElevationGrid
 
 from .channel import (
@@ -36,6 +37,7 @@ from .channel import (
     Checked,
     LayerArguments,
     NeedsFields,
+    ReplanArguments,
     body_in,
     read_body,
 )
@@ -58,6 +60,7 @@ __all__ = [
     "answer_preview",
     "answer_probe",
     "answer_profiles",
+    "answer_replan",
     "calculation_of",
     "check_epochs",
     "check_request",
@@ -103,6 +106,16 @@ def answer_preview(context: TaskContext, arguments: BodyArguments) -> Mapping[st
     context.work.mkdir(parents=True)
     write_preview(grid, asked, context.work / PREVIEW_FILE)
     return {}
+
+
+def answer_replan(context: TaskContext, arguments: ReplanArguments) -> Mapping[str, object]:
+    """A path planned again from another start. Raises NotJsonError, NotValidError, NotFoundError, what ``replan``
+    raises.
+    """
+    given = read_body(ReplanIn, body_in(arguments["given"]), context.settings)
+    product = context.products["path"]
+    asked = product.unpacked(arguments["parameters"], context.folder.inputs(arguments["job_id"]))
+    return {"json": replan(_ground(context, arguments["dem_id"], asked), asked, given).model_dump_json()}
 
 
 def check_request(context: TaskContext, arguments: CheckArguments) -> Checked:
@@ -210,6 +223,7 @@ def tasks_for(products: Mapping[str, Product]) -> Mapping[str, Task]:
         "probe": answer_probe,
         "profiles": answer_profiles,
         "preview": answer_preview,
+        "replan": answer_replan,
         "fit-canopy": answer_canopy_fit,
         "check-request": check_request,
         "draw-layer": draw_layer,

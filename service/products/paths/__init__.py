@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from planning import PathError
+from planning.alternatives import prepare_replanning
 from planning.paths import PathLimits, PathProblem, PlanBudget, RoverModel, plan_path
 from service.estimates import Demand, budget, sight_lines
 from service.parts.sentences import MAP_KINDS, with_map
@@ -59,6 +60,8 @@ def _on_the_grid(grid: ElevationGrid) -> None:
         limits = PathLimits(min_anchors=0, dop_limit=dop_limit)
         with contextlib.suppress(PathError):
             plan_path(plan(grid, (60.0, -50.0), goal, rover=rover, anchors=anchors, limits=limits))
+    standing = plan(grid, (60.0, -50.0), (60.0, -225.0), rover=rover, anchors=anchors)
+    prepare_replanning(standing).plan_from((210.0, -225.0), anew=False)
     cliff_m = np.zeros((12, 10), np.float32)
     cliff_m[6:] = 900.0
     plan_path(plan(ElevationGrid(cliff_m, 30.0, 25.0), (60.0, -50.0), (60.0, -225.0)))

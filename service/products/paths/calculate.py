@@ -36,7 +36,7 @@ from service.products.paths.request import PathParameters
 from terrain import ElevationGrid
 from visibility import Anchor, DistantAnchor, MinimumVisibleAltitude, dop_map, morphing_map
 
-__all__ = ["calculate_path"]
+__all__ = ["MappedQuestion", "calculate_path", "mapped_question"]
 
 SHARE_OF_DEPARTURES, SHARE_OF_SIGHT_LINES = 0.2, 0.3
 SHARE_OF_PLAN, SHARE_WITH_ALTERNATIVES = 0.9, 0.6
@@ -55,7 +55,7 @@ def calculate_path(grid: ElevationGrid, asked: PathParameters, work: Work = UNWA
     when = _departures(grid, asked, work.part(0.0, begin), work.stop)
     taken = None if when is None else when.best
     leaving = asked if taken is None else asked.model_copy(update={"departure_s": taken.departure_s})
-    mapped = _mapped(grid, leaving, work.part(begin, SHARE_OF_SIGHT_LINES))
+    mapped = mapped_question(grid, leaving, work.part(begin, SHARE_OF_SIGHT_LINES))
     problem, lines = mapped.problem, mapped.lines
     planned = SHARE_OF_PLAN if asked.alternatives is None else SHARE_WITH_ALTERNATIVES
     outcome = plan_path(problem, progress=work.part(SHARE_OF_SIGHT_LINES, planned), stop=work.stop)
@@ -120,7 +120,7 @@ def _in_time(outcome: PathOutcome, when: Departures, arrive_by_s: float) -> Path
 
 
 @dataclass(frozen=True, slots=True)
-class _Mapped:
+class MappedQuestion:
     """A problem, what stands of what it ranges to, and the sight lines that its picture shows."""
 
     problem: PathProblem
@@ -129,14 +129,15 @@ class _Mapped:
     warnings: tuple[str, ...]
 
 
-def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _Mapped:
+def mapped_question(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> MappedQuestion:
+    """The problem, with sight worked out where all anchors stand. Raises what ``calculate_path`` raises."""
     if asked.morphing_map is not None:
         lines, sources = sight_lines(grid, asked.morphing_map, progress, 1.0)
         ceiling_m, above_ground = asked.morphing_map.ceiling()
         limit = limit_of(asked.morphing_map)
         air = morphing_map(lines, limit, ceiling_m=ceiling_m, ceiling_above_ground=above_ground)
         problem = path_question(grid, asked, RangingSources(()), air)
-        return _Mapped(problem, (), lines, (*air.warnings, *sources.warnings))
+        return MappedQuestion(problem, (), lines, (*air.warnings, *sources.warnings))
     sources, tracks = path_sources(grid, asked), path_tracks(grid, asked)
     here = (*sources.all, *(track.at(asked.departure_s) for track in tracks))
     antenna_m = asked.rover.receiver_above_ground_m
@@ -144,13 +145,13 @@ def _mapped(grid: ElevationGrid, asked: PathParameters, progress: Progress) -> _
     # the maps of anchors that move are the planner's own: one for each time
     problem = path_question(grid, asked, sources, None if tracks else lines_here, tracks)
     warnings = () if lines_here is None else lines_here.warnings
-    return _Mapped(problem, sources.all, lines_here, (*warnings, *sources.warnings))
+    return MappedQuestion(problem, sources.all, lines_here, (*warnings, *sources.warnings))
 
 
 def _answer(
     area: MapArea,
     asked: PathParameters,
-    mapped: _Mapped,
+    mapped: MappedQuestion,
     outcome: PathOutcome,
     besides: tuple[Alternatives | None, Departures | None],
     started_s: float,
