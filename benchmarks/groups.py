@@ -197,7 +197,7 @@ QUICK: dict[str, tuple[Callable[[], report.Table], ...]] = {
     "annealing": (
         partial(plain_annealing.against_annealing, problems=2, posts=40, fewest=30, most=40, annealing_s=0.5),
     ),
-    "proofs": (partial(placing_baselines.proofs, problems=4, posts=40, effort_s=0.5),),
+    "proofs": (partial(placing_baselines.proofs, problems=4, posts=40, effort_s=0.5, peer_s=0.5),),
     "navigation": (
         partial(bubbles.experiment, count=5, every=20),
         partial(bubbles.experiment, "drones", count=5, every=20),

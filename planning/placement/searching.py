@@ -94,7 +94,7 @@ def search(
             best, value = candidate, found
     bound, proved = bound_of(problem, count), False
     if options.exact and len(best) == count and fits(problem) and not together.relayed and not _stopped(stop):
-        proof = prove(relaxation_of(problem, count), judge, best, together, options.proof_s, stop)
+        proof = prove(relaxation_of(problem, count, best), judge, best, together, options.proof_s, stop)
         best, value, bound, proved = proof.chosen, proof.value, min(bound, proof.bound), proof.proved
     bound = max(bound, value)
     proved = proved or bound <= value + NOTHING

@@ -4,13 +4,17 @@ A target counts once enough anchors see it: a need of so many parts, one from ea
 is a need as well. Let M be the sum of weight · u uᵀ over the directions u of the anchors in sight. The function
 1 / tr M⁻¹ is concave in M and grows in proportion with it, so it lies below each of its tangents: for any M₀,
 1 / tr M⁻¹ ≤ Σ weight · uᵀ G u with G = M₀⁻² / (tr M₀⁻¹)². A variance below limit² thus needs Σ limit² · weight · uᵀ G u
-≥ 1, to which an anchor alone brings at most 1. An error in metres, counted up to the worst, is a staircase of such
-limits: below each it is better by no more than what lies between that limit and the next.
+≥ 1, to which an anchor alone brings at most 1.
+
+An error in metres is the root of 1 / g, g = 1 / tr M⁻¹, and -1 / √g is concave in g as well: it lies below each of its
+tangents, and, counted up to the worst, below the one that leads to the worst at g = 0. The least of two tangents, and
+of what g comes to at most, is a sum of two ramps, each in proportion to g up to a limit.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,8 +29,10 @@ Floats = npt.NDArray[np.float64]
 Parts = npt.NDArray[np.float32]
 
 MOST_PARTS = 12_000_000
-# limits of the staircase, as parts of the worst error that counts
-STEPS = (1.0, 0.1)
+# of a target that its errors are bounded by
+RAMPS = 2
+# how much all candidates count beside the set around which tangents are laid
+BESIDE = 0.3
 RIDGE = 1e-6
 ROUNDING = 1e-6
 
@@ -39,6 +45,7 @@ class Relaxation:
         every need is met. weight: (rows,) what a good row adds to the value. base: the value where no row is good.
     unit: what any two different values differ by at least, 0 = unknown. whole: whether the rows are the goal itself, so
         that a set has the value of the relaxation.
+    ramp: whether the last need, of 1 without fixed anchors, met in part is worth that part, once the others are met.
     """
 
     part: Parts
@@ -47,17 +54,26 @@ class Relaxation:
     base: float
     unit: float
     whole: bool
+    ramp: bool = False
+
+    @property
+    def to_be_met(self) -> slice:
+        """The needs without which a row is worth nothing."""
+        return slice(0, -1 if self.ramp else None)
 
 
 def fits(problem: Problem) -> bool:
     """Whether the rows of a problem are few enough to be worked with."""
     goal = problem.goal
-    each = {"coverage": 1, "dop": 2, "mean_error": 2 * len(STEPS)}.get(goal.wanted)
+    each = {"coverage": 1, "dop": 2, "mean_error": 2 * RAMPS}.get(goal.wanted)
     return each is not None and len(problem.anchor) * len(problem.targets) * each <= MOST_PARTS
 
 
-def relaxation_of(problem: Problem, count: int) -> Relaxation:
-    """The rows of a problem for sets of so many candidates; those that no such set makes good are left out."""
+def relaxation_of(problem: Problem, count: int, around: Sequence[int] = ()) -> Relaxation:
+    """The rows of a problem for sets of so many candidates; those that no such set makes good are left out.
+
+    around: a set near which the rows of errors are to be tight.
+    """
     goal, targets = problem.goal, problem.targets
     weight = targets.weight / targets.total
     sees = problem.sight.visible()
@@ -65,26 +81,51 @@ def relaxation_of(problem: Problem, count: int) -> Relaxation:
     if goal.objective == "coverage":
         unit = float(weight[0]) if np.ptp(weight) == 0.0 else 0.0
         return _without_hopeless(_grouped(sees, counted, weight, unit), count)
-    share = _shares(problem, sees)
-    anchors_m, needs, gains = sees.astype(np.float32), [], []
-    for limit, gain in _limits(goal):
-        fixed, chosen = share
-        parts = np.stack([anchors_m, np.minimum(limit**2 * chosen, 1.0).astype(np.float32)], axis=1)
-        needs.append((parts, np.stack([counted, (1.0 - limit**2 * fixed).astype(np.float32)])))
-        gains.append(weight * gain)
-    base = 0.0 if goal.is_share else -goal.worst_counted_m
+    fixed, chosen = _shares(problem, sees, () if goal.is_share else around)
+    if goal.is_share:
+        limits = [(np.full(len(targets), goal.dop_limit), np.ones(len(targets)))]
+    else:
+        most = fixed + np.sort(chosen, axis=0)[::-1][:count].sum(axis=0)
+        limits = _ramps(most, -GeometryJudge(problem).of_targets(list(around)), goal.worst_counted_m)
+    anchors_m, parts, needs = sees.astype(np.float32), [], []
+    for limit, _ in limits:
+        brings = np.minimum(limit**2 * chosen, 1.0).astype(np.float32)
+        parts.append(np.stack([anchors_m, brings], axis=1))
+        needs.append(np.stack([counted, (1.0 - limit**2 * fixed).astype(np.float32)]))
     rows = Relaxation(
-        np.concatenate([parts for parts, _ in needs], axis=2),
-        np.concatenate([need for _, need in needs], axis=1),
-        np.concatenate(gains),
-        base,
+        np.concatenate(parts, axis=2),
+        np.concatenate(needs, axis=1),
+        np.concatenate([weight * gain for _, gain in limits]),
+        0.0 if goal.is_share else -goal.worst_counted_m,
         0.0,
         False,
+        ramp=not goal.is_share,
     )
     if goal.is_share:
         best = GeometryJudge(replace(problem, goal=replace(goal, spare=0)))
         rows = _taken(rows, best.of_targets(list(range(len(problem.anchor)))) > 0.5)
-    return _without_hopeless(rows, count)
+    return _without_hopeless(_taken(rows, rows.weight > 0.0), count)
+
+
+def _ramps(most: Floats, error_m: Floats, worst_m: float) -> list[tuple[Floats, Floats]]:
+    """(errors (m,) up to which two ramps rise, what they are worth in the end, metres).
+
+    most: (m,) what g comes to at most. error_m: (m,) where the second tangent is laid. A tangent at an error e is
+    -3/2 e + 1/2 e³ g.
+    """
+    least_m = np.minimum(1.0 / np.sqrt(np.maximum(most, 1e-30)), worst_m)
+    far_m = worst_m / 1.5
+    near_m = np.clip(error_m, least_m, far_m)
+    steep, flat = 0.5 * far_m**3, 0.5 * near_m**3
+    # where the tangents meet, and where either comes to the least error
+    meet = (worst_m - 1.5 * near_m) / np.maximum(steep - flat, 1e-30)
+    steep_ends, flat_ends = (worst_m - least_m) / steep, (1.5 * near_m - least_m) / flat
+    two = (near_m < far_m) & (meet < flat_ends)
+    first = np.where(two, meet, steep_ends)
+    second = np.where(two, flat_ends, steep_ends)
+    first_gain = np.where(two, (steep - flat) * meet, steep * steep_ends)
+    second_gain = np.where(two, flat * flat_ends, 0.0)
+    return [(1.0 / np.sqrt(np.maximum(at, 1e-30)), gain) for at, gain in ((first, first_gain), (second, second_gain))]
 
 
 def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: float) -> Relaxation:
@@ -100,7 +141,7 @@ def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: flo
 def _without_hopeless(rows: Relaxation, count: int) -> Relaxation:
     """Without the rows that the ``count`` candidates which bring most to each do not make good."""
     top = np.sort(rows.part, axis=0)[::-1][:count].sum(axis=0)
-    return _taken(rows, (top >= rows.need - ROUNDING).all(axis=0))
+    return _taken(rows, (top >= rows.need - ROUNDING)[rows.to_be_met].all(axis=0))
 
 
 def _taken(rows: Relaxation, which: npt.NDArray[np.bool_]) -> Relaxation:
@@ -112,24 +153,21 @@ def _taken(rows: Relaxation, which: npt.NDArray[np.bool_]) -> Relaxation:
     )
 
 
-def _limits(goal: Goal) -> list[tuple[float, float]]:
-    """(limit of the square root of the variance, what being below it is worth at most)."""
-    if goal.is_share:
-        return [(goal.dop_limit, 1.0)]
-    limits = [goal.worst_counted_m * step for step in STEPS]
-    return [(upper, upper - lower) for upper, lower in zip(limits, [*limits[1:], 0.0], strict=True)]
+def _shares(problem: Problem, sees: npt.NDArray[np.bool_], around: Sequence[int]) -> tuple[Floats, Floats]:
+    """What anchors bring to 1 / variance of each target at most: (fixed ones together (m,), each candidate (n, m)).
 
-
-def _shares(problem: Problem, sees: npt.NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """What anchors bring to 1 / variance of each target at most: (fixed ones together (m,), each candidate (n, m))."""
+    Tangents are laid at what fixed anchors and those of ``around`` bring, and all others a little.
+    """
     targets, goal = problem.targets, problem.goal
     axes = _axes(goal, targets.normal)
     fixed_sees = problem.fixed_sight.visible()
     information = np.zeros((len(targets), axes.shape[1], axes.shape[1]))
-    for anchors, seen in ((problem.fixed, fixed_sees), (problem.anchor, sees)):
-        for anchor, one in zip(anchors, seen, strict=True):
+    share = np.full(len(sees), BESIDE * max(len(around), 1) / len(sees) if around else 1.0)
+    share[list(around)] = 1.0
+    for anchors, seen, shares in ((problem.fixed, fixed_sees, np.ones(len(fixed_sees))), (problem.anchor, sees, share)):
+        for anchor, one, part in zip(anchors, seen, shares.tolist(), strict=True):
             along = _along(axes, targets.point_m, anchor, one)
-            information += along[:, :, None] * along[:, None, :]
+            information += part * along[:, :, None] * along[:, None, :]
     trace = np.trace(information, axis1=1, axis2=2)
     ridge = RIDGE * np.maximum(trace, 1e-30)[:, None, None] * np.eye(axes.shape[1])
     inverse = np.linalg.inv(information + ridge)

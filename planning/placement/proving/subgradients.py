@@ -57,9 +57,14 @@ def bounds_of(rows: Relaxation, most: Sequence[Parts], nodes: Sequence[Node], fl
     for at, node in enumerate(nodes):
         allowed[at, node.allowed] = True
         need[at] = rows.need - rows.part[list(node.members)].sum(axis=0)
-        possible[at] = (most[node.left] >= need[at] - ROUNDING).all(axis=0)
+        possible[at] = (most[node.left] >= need[at] - ROUNDING)[rows.to_be_met].all(axis=0)
     live = (need > ROUNDING) & possible[:, None, :]
     per_need = np.where(live, 1.0 / np.where(live, need, 1.0), 0.0).astype(np.float32)
+    # what is left of a need, in parts of what is sought after: of a ramp some is won already
+    sought = np.ones_like(need)
+    if rows.ramp:
+        per_need[:, -1] = live[:, -1]
+        sought[:, -1] = np.clip(need[:, -1], 0.0, 1.0)
     weight = (rows.weight * possible).astype(np.float32)
     # prices that were kept in 16 bits may add up to a little more than 1, by which no bound would hold
     kept = _within(np.array([node.price for node in nodes], np.float32))
@@ -71,7 +76,7 @@ def bounds_of(rows: Relaxation, most: Sequence[Parts], nodes: Sequence[Node], fl
     for number in range(rounds):
         each = weight[:, None, :] * per_need * price
         gain = np.where(allowed, (each.reshape(count, -1) @ flat.T).astype(np.float64), -np.inf)
-        base = rows.base + (weight * (1.0 - price.sum(axis=1))).sum(axis=1, dtype=np.float64)
+        base = rows.base + (weight * (1.0 - (price * sought).sum(axis=1))).sum(axis=1, dtype=np.float64)
         top = np.argpartition(-gain, most_left - 1, axis=1)[:, :most_left]
         top = np.take_along_axis(top, np.argsort(-np.take_along_axis(gain, top, axis=1), axis=1), axis=1)
         found = np.maximum(np.take_along_axis(gain, top, axis=1), 0.0)
@@ -85,7 +90,7 @@ def bounds_of(rows: Relaxation, most: Sequence[Parts], nodes: Sequence[Node], fl
         for place in range(most_left):
             usable = picked[:, place] * np.isfinite(np.take_along_axis(gain, top[:, [place]], axis=1)[:, 0])
             brought += flat[top[:, place]] * usable.astype(np.float32)[:, None]
-        slope = np.where(live, brought.reshape(price.shape) * per_need - 1.0, np.float32(0.0))
+        slope = np.where(live, brought.reshape(price.shape) * per_need - sought, np.float32(0.0))
         # what cannot move further that way is no part of the way
         slope[((price <= 0.0) & (slope > 0.0)) | ((price >= 1.0) & (slope < 0.0))] = 0.0
         length = (weight[:, None, :] * slope**2).sum(axis=(1, 2), dtype=np.float64)

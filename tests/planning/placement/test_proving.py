@@ -13,6 +13,7 @@ from planning.placement.judges import Problem, judge_of, sampled
 from planning.placement.placing import Ready, prepare
 from planning.placement.proving import Relaxation, prove, relaxation_of
 from planning.placement.proving.subgradients import Node, bounds_of
+from planning.placement.sight import SightTable, pack
 from tests.planning.placement.grounds import exact_sight, small_question
 from tests.reference import placement as oracle
 from visibility import Anchor
@@ -54,15 +55,32 @@ def test_no_set_exceeds_the_bound_and_the_proof_ends_at_the_best(goal: Goal, fix
     problem = sampled(ready.problem, np.arange(0, len(ready.problem.targets), 19))
     values = every_value(problem, COUNT)
     best, worst = max(values.values()), min(values, key=lambda some: values[some])
-    rows, judge = relaxation_of(problem, COUNT), judge_of(problem)
-    for effort_s in (0.0, 0.01):
-        early = prove(rows, judge, list(worst), ready.together, effort_s)
-        assert early.bound >= best - 1e-9
-        assert early.value <= best + 1e-12
-        assert not early.proved or early.value == pytest.approx(best, abs=2e-6)
-    whole = prove(rows, judge, list(worst), ready.together, 60.0)
-    assert whole.proved
-    assert whole.value == pytest.approx(best, abs=2e-6)
+    judge = judge_of(problem)
+    around_best = max(values, key=lambda some: values[some])
+    for around in ((), worst, around_best):
+        rows = relaxation_of(problem, COUNT, around)
+        for effort_s in (0.0, 0.01):
+            early = prove(rows, judge, list(worst), ready.together, effort_s)
+            assert early.bound >= best - 1e-9
+            assert early.value <= best + 1e-12
+            assert not early.proved or early.value == pytest.approx(best, abs=2e-6)
+        whole = prove(rows, judge, list(worst), ready.together, 60.0)
+        assert whole.proved
+        assert whole.value == pytest.approx(best, abs=2e-6)
+
+
+def test_the_bound_of_an_error_is_near_it_where_all_anchors_are_seen() -> None:
+    ready = ready_for(Goal("mean_error"), 7)
+    problem = sampled(ready.problem, np.arange(0, len(ready.problem.targets), 19))
+    seen = replace(
+        problem, sight=SightTable(pack(np.ones((CANDIDATES, len(problem.targets)), np.bool_)), len(problem.targets))
+    )
+    values = every_value(seen, COUNT)
+    best = max(values, key=lambda some: values[some])
+    root = prove(relaxation_of(seen, COUNT, best), judge_of(seen), list(best), ready.together, 0.0)
+    # none brings more than all candidates together: until ramps rose to what is near, bounds were further than that
+    everyone = judge_of(seen).value(list(range(CANDIDATES)))
+    assert values[best] <= root.bound < values[best] + 0.7 * (everyone - values[best])
 
 
 def test_the_bound_of_coverage_is_the_share_that_brute_force_finds() -> None:
@@ -72,8 +90,6 @@ def test_the_bound_of_coverage_is_the_share_that_brute_force_finds() -> None:
     ready = prepare(
         grid, candidates, targets, Goal("coverage", min_anchors=2), PlacementRules(), (), None, None, None, None
     )
-    from planning.placement.sight import SightTable, pack
-
     problem = replace(ready.problem, sight=SightTable(pack(np.array(sight)), len(targets)))
     proof = prove(relaxation_of(problem, 3), judge_of(problem), [0, 1, 2], ready.together, 60.0)
     assert proof.proved
