@@ -26,7 +26,7 @@ from .describing import described
 from .fields import CostField, bit_of, running_sums
 from .outcomes import Path, Reason
 from .places import Cells, sampled
-from .sight_maps import Sightings, SightMaps
+from .sight_maps import Enough, Sightings, SightMaps
 
 __all__ = [
     "Ground",
@@ -88,14 +88,16 @@ def hidden_places(
     problem: PathProblem, field: CostField, maps: SightMaps | None, places: Floats, *, everywhere: bool = False
 ) -> Floats:
     """Places along a path at which exact sight lines break a limit; everywhere: over forbidden squares, too."""
-    if maps is None or not problem.limits.on_positioning:
+    limits = problem.limits
+    if maps is None or not limits.on_positioning:
         return np.zeros((0, 2))
     coarse, _ = sampled(places, STEPS[0])
     times_s = running_sums(field.for_kernels(everywhere=everywhere), coarse).time_s
+    near_m = NEAR_M_PER_CELL * max(field.grid.cell_east_m, field.grid.cell_north_m)
     seen = maps.sightings(coarse, times_s)
-    hidden = [coarse[breaks(problem.limits, seen)]]
-    cell_m = max(field.grid.cell_east_m, field.grid.cell_north_m)
-    loose = _loose(problem.limits, seen, NEAR_M_PER_CELL * cell_m, 1)[1:-1, 0]
+    by_sight = tuple(np.argsort(-seen.visible.sum(axis=0), kind="stable").tolist())
+    hidden = [coarse[breaks(limits, seen)]]
+    loose = _loose(limits, seen, near_m, 1)[1:-1, 0]
     begin, end = ((np.column_stack([coarse, times_s])[part])[loose] for part in (slice(None, -1), slice(1, None)))
     for step, finer in pairwise(STEPS):
         if len(begin) == 0:
@@ -103,9 +105,12 @@ def hidden_places(
         share = np.linspace(0.0, 1.0, round(step / finer) + 1)[:, None, None]
         at = begin + share * (end - begin)
         inner = at[1:-1].reshape(-1, 3)
-        seen = maps.sightings(inner[:, :2], inner[:, 2])
-        hidden.append(inner[breaks(problem.limits, seen), :2])
-        loose = _loose(problem.limits, seen, NEAR_M_PER_CELL * cell_m * finer / STEPS[0], len(begin))
+        near_m *= finer / step
+        # a point is good by enough lines whatever its others are; a dilution is of all of them
+        enough = None if math.isfinite(limits.dop_limit) else Enough(limits.min_anchors, near_m, by_sight)
+        seen = maps.sightings(inner[:, :2], inner[:, 2], enough)
+        hidden.append(inner[breaks(limits, seen), :2])
+        loose = _loose(limits, seen, near_m, len(begin))
         begin, end = at[:-1][loose], at[1:][loose]
     return np.concatenate(hidden)
 

@@ -129,7 +129,10 @@ def pieces(places: Places, fixed: Sequence[Places]) -> list[Places]:
 def _tightened(field: KernelField, places: Places, reach: float) -> Places:
     tight = pull(field, np.ascontiguousarray(places), WINDOW)
     moved = relax(field, _spaced(tight, SPACING), reach, 12)
-    shorter: Places = pull(field, pull(field, moved, WINDOW), 4.0 * WINDOW)
+    shorter: Places = pull(field, moved, WINDOW)
+    # where two pieces in a row are shorter than the window together, making one of them was tried
+    if len(shorter) > 2 and np.hypot(*(shorter[2:] - shorter[:-2]).T).max() > WINDOW:
+        shorter = pull(field, shorter, 4.0 * WINDOW)
     return shorter
 
 

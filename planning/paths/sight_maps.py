@@ -74,6 +74,17 @@ class Sightings:
     dop: Floats
 
 
+class Enough(NamedTuple):
+    """How many lines that are in sight by that much answer for a point: of its others nothing is asked then.
+
+    order: numbers of all anchors, those first that are in sight most.
+    """
+
+    lines: int
+    margin_m: float
+    order: tuple[int, ...]
+
+
 class SightMaps(Protocol):
     """The two questions that a plan asks of its anchors."""
 
@@ -84,8 +95,11 @@ class SightMaps(Protocol):
     def positioning(self, arrival_s: Floats | None) -> Positioning:
         """Of every square, at the time (rows - 1, cols - 1) at which the rover gets there."""
 
-    def sightings(self, places: Floats, times_s: Floats) -> Sightings:
-        """At fractional posts (n, 2) and times (n,) from the departure on, by exact sight lines."""
+    def sightings(self, places: Floats, times_s: Floats, enough: Enough | None = None) -> Sightings:
+        """At fractional posts (n, 2) and times (n,) from the departure on, by exact sight lines.
+
+        With ``enough`` what is not asked counts as hidden, and dilutions are NaN.
+        """
 
 
 def sight_maps(problem: PathProblem) -> SightMaps | None:
@@ -144,10 +158,12 @@ class _Standing:
         del arrival_s  # it is the same at all times
         return _of_squares(self.problem, self.minimum)
 
-    def sightings(self, places: Floats, times_s: Floats) -> Sightings:
+    def sightings(self, places: Floats, times_s: Floats, enough: Enough | None = None) -> Sightings:
         del times_s
         points_m = _antennas(self.problem, places)
-        got = exact_lines(self.minimum, points_m)
+        got = exact_lines(self.minimum, points_m, enough)
+        if enough is not None:
+            return Sightings(got.visible, got.margin_m, np.full(len(places), np.nan))
         dop = _dilution(self.problem, self.minimum, points_m, got.visible)
         return Sightings(got.visible, got.margin_m, dop)
 
@@ -193,11 +209,11 @@ class _Moving:
         present = tuple(anchor for anchor in here if anchor is not None)
         return self._cache.surfaces(present) if present else None
 
-    def sightings(self, places: Floats, times_s: Floats) -> Sightings:
+    def sightings(self, places: Floats, times_s: Floats, enough: Enough | None = None) -> Sightings:
         problem = self._problem
         points_m, k = _antennas(problem, places), len(problem.anchors)
         visible, margin_m = np.zeros((len(places), k), np.bool_), np.full((len(places), k), np.nan)
-        dop = np.full(len(places), np.inf)
+        dop = np.full(len(places), np.inf if enough is None else np.nan)
         # to the second: an anchor moves little in half of one, and a rover less
         second = np.round(times_s)
         for time_s in np.unique(second).tolist():
@@ -207,9 +223,11 @@ class _Moving:
             if len(which) == 0:
                 continue
             minimum = _lines_only(problem, tuple(anchor for anchor in here if anchor is not None), self._cache)
-            got = exact_lines(minimum, points_m[at])
+            of_these = enough and enough._replace(order=tuple(np.argsort(np.argsort(enough.order)[which]).tolist()))
+            got = exact_lines(minimum, points_m[at], of_these)
             visible[np.ix_(at, which)], margin_m[np.ix_(at, which)] = got.visible, got.margin_m
-            dop[at] = _dilution(problem, minimum, points_m[at], got.visible)
+            if enough is None:
+                dop[at] = _dilution(problem, minimum, points_m[at], got.visible)
         return Sightings(visible, margin_m, dop)
 
 
@@ -239,17 +257,27 @@ class Received:
     margin_m: Floats
 
 
-def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> Received:
-    """What points (n, 3) get of the anchors of maps, line by line: by their signals where they have radios."""
+def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats, enough: Enough | None = None) -> Received:
+    """What points (n, 3) get of the anchors of maps, line by line: by their signals where they have radios.
+
+    enough: when a point is asked about no further anchor, which counts as hidden then.
+    """
     k = len(minimum.anchors)
     visible, unknown = np.zeros((len(points_m), k), np.bool_), np.zeros((len(points_m), k), np.bool_)
     margin_m = np.full((len(points_m), k), np.nan)
     distant = any(isinstance(anchor, DistantAnchor) for anchor in minimum.anchors)
     of_maps = visible_sets(minimum, points_m).visible() if distant else visible
-    for number, anchor in enumerate(minimum.anchors):
+    all_points, sure = points_m, np.zeros(len(points_m), np.int64)
+    for number in range(k) if enough is None else enough.order:
+        anchor = minimum.anchors[number]
         if isinstance(anchor, DistantAnchor):
             visible[:, number] = of_maps[:, number]
+            sure += visible[:, number]
             continue
+        at = np.arange(len(sure)) if enough is None else np.flatnonzero(sure < enough.lines)
+        if len(at) == 0:
+            continue
+        points_m = all_points[at]
         eye_m = np.broadcast_to([anchor.east_m, anchor.north_m, anchor.altitude_m], points_m.shape)
         got = reception(
             *(minimum.grid, eye_m, points_m, anchor.radio),
@@ -260,9 +288,11 @@ def exact_lines(minimum: MinimumVisibleAltitude, points_m: Floats) -> Received:
         assert got.clearance_m is not None, "it was asked for"
         within = points_within_reach(anchor, points_m, minimum.curvature)
         told = ~doubted(anchor.doubts, points_m)
-        visible[:, number] = (got.verdict == VISIBLE) & within & told
-        unknown[:, number] = ((got.verdict == UNKNOWN) | ((got.verdict == VISIBLE) & ~told)) & within
-        margin_m[:, number] = got.clearance_m
+        visible[at, number] = (got.verdict == VISIBLE) & within & told
+        unknown[at, number] = ((got.verdict == UNKNOWN) | ((got.verdict == VISIBLE) & ~told)) & within
+        margin_m[at, number] = got.clearance_m
+        if enough is not None:
+            sure[at] += visible[at, number] & (got.clearance_m >= enough.margin_m)
     return Received(visible, unknown, margin_m)
 
 

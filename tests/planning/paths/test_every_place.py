@@ -12,11 +12,12 @@ from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, Rov
 from planning.paths.checks import hidden_places
 from planning.paths.fields import cost_field
 from planning.paths.places import middles, steepest_rad
-from planning.paths.sight_maps import sight_maps
+from planning.paths.sight_maps import Enough, sight_maps
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import fractal
 from visibility import VISIBLE, Anchor, anchor_above_ground, dop, lines_of_sight, min_visible_altitude
 from visibility.dilution import surface_normals
+from visibility.sight import AnchorTrack
 
 ROUGH = fractal(24, 5, relief_m=150.0, cell_m=30.0)
 GRID = ElevationGrid(ROUGH.heights_m, 30.0, 20.0)
@@ -56,6 +57,34 @@ def test_the_steepest_slope_is_that_of_the_steepest_triangle_on_the_way(corners)
     hair = [(down, across) for down in (-1e-6, 0.0, 1e-6) for across in (-1e-6, 0.0, 1e-6)]
     around = np.vstack([np.vstack([dense(places, 4000), middles(places)[0]]) + step for step in hair])
     assert found <= np.nanmax(slope_rad(around)) + 1e-9
+
+
+@pytest.mark.parametrize("moving", [False, True], ids=["standing", "one of them moving"])
+@pytest.mark.parametrize("lines", [0, 1, 2, 4])
+def test_who_is_asked_no_further_has_enough_in_sight(lines, moving):
+    anchors = [anchor_above_ground(GRID, f"A{n}", 80.0 + 100.0 * n, -60.0 - 70.0 * n, 25.0) for n in range(4)]
+    if moving:
+        # there from second 30 on
+        points_m = np.array([[100.0, -300.0, 150.0], [600.0, -100.0, 190.0]])
+        anchors[1] = AnchorTrack("T", np.array([30.0, 90.0]), points_m)
+    problem = PathProblem(GRID, (100.0, -100.0), (600.0, -300.0), anchors=tuple(anchors))
+    maps = sight_maps(problem)
+    random = np.random.default_rng(8)
+    places, times_s = random.uniform(0.5, 22.5, (300, 2)), random.uniform(0.0, 80.0, 300)
+    whole = maps.sightings(places, times_s)
+    for order in ((0, 1, 2, 3), (2, 3, 1, 0)):
+        asked = maps.sightings(places, times_s, Enough(lines, 0.5, order))
+        assert not (asked.visible & ~whole.visible).any()
+        has_enough = whole.visible.sum(axis=1) >= lines
+        np.testing.assert_array_equal(asked.visible.sum(axis=1) >= lines, has_enough)
+        known = np.isfinite(asked.margin_m)
+        np.testing.assert_array_equal(asked.margin_m[known], whole.margin_m[known])
+        np.testing.assert_array_equal(asked.visible[known], whole.visible[known])
+        sure = (asked.visible & (asked.margin_m >= 0.5)).sum(axis=1)
+        short = sure < lines
+        np.testing.assert_array_equal(asked.visible[short], whole.visible[short])
+        assert np.isnan(asked.dop).all()
+    assert 0 < np.count_nonzero(whole.visible.sum(axis=1) >= 2) < 300
 
 
 @pytest.mark.parametrize("width", [0.4, 0.1, 0.05, 0.025, 0.012])

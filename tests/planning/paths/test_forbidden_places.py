@@ -16,7 +16,7 @@ from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reas
 from planning.paths.checks import breaks
 from planning.paths.ends import ends_of
 from planning.paths.fields import bit_of, cost_field
-from planning.paths.sight_maps import Positioning, Sightings, sight_maps
+from planning.paths.sight_maps import Enough, Positioning, Sightings, sight_maps
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, dop
 from visibility.signal import RADIOS
@@ -44,7 +44,9 @@ class Veiled:
     def positioning(self, arrival_s: npt.NDArray[np.float64] | None) -> Positioning:
         return self._true.positioning(arrival_s)
 
-    def sightings(self, places: npt.NDArray[np.float64], times_s: npt.NDArray[np.float64]) -> Sightings:
+    def sightings(
+        self, places: npt.NDArray[np.float64], times_s: npt.NDArray[np.float64], enough: Enough | None = None
+    ) -> Sightings:
         seen = self._true.sightings(places, times_s)
         left = np.array([self._left(*self._grid.position_of(*place)) for place in places.tolist()])
         visible = seen.visible & (np.arange(seen.visible.shape[1]) < left[:, None])
