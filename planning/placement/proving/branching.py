@@ -91,7 +91,9 @@ def prove(
     _branch(rows, tree, judge, together, everyone, root, 0)
     while tree.open and work < effort_s * PER_SECOND and not (stop is not None and stop()):
         nodes: list[Node] = []
-        while tree.open and len(nodes) < AT_ONCE:
+        # no more than the work that is left pays for
+        most_nodes = min(AT_ONCE, 1 + int((effort_s * PER_SECOND - work) / (each * ROUNDS)))
+        while tree.open and len(nodes) < most_nodes:
             bound, _, node = heapq.heappop(tree.open)
             if -bound > tree.floor:
                 nodes.append(node)

@@ -7,8 +7,8 @@ is a need as well. Let M be the sum of weight · u uᵀ over the directions u of
 ≥ 1, to which an anchor alone brings at most 1.
 
 An error in metres is the root of 1 / g, g = 1 / tr M⁻¹, and -1 / √g is concave in g as well: it lies below each of its
-tangents, and, counted up to the worst, below the one that leads to the worst at g = 0. The least of two tangents, and
-of what g comes to at most, is a sum of two ramps, each in proportion to g up to a limit.
+tangents, which at an error e is -3/2 e + 1/2 e³ g. So a target that enough anchors see is worth 3/2 e less than the
+worst error at once, and the rest in proportion to g, up to what g comes to at most.
 """
 
 from __future__ import annotations
@@ -29,8 +29,6 @@ Floats = npt.NDArray[np.float64]
 Parts = npt.NDArray[np.float32]
 
 MOST_PARTS = 12_000_000
-# of a target that its errors are bounded by
-RAMPS = 2
 # how much all candidates count beside the set around which tangents are laid
 BESIDE = 0.3
 RIDGE = 1e-6
@@ -45,7 +43,7 @@ class Relaxation:
         every need is met. weight: (rows,) what a good row adds to the value. base: the value where no row is good.
     unit: what any two different values differ by at least, 0 = unknown. whole: whether the rows are the goal itself, so
         that a set has the value of the relaxation.
-    ramp: whether the last need, of 1 without fixed anchors, met in part is worth that part, once the others are met.
+    ramp: whether the last need is of what is left of 1, and met in part worth that part, once the others are met.
     """
 
     part: Parts
@@ -65,7 +63,7 @@ class Relaxation:
 def fits(problem: Problem) -> bool:
     """Whether the rows of a problem are few enough to be worked with."""
     goal = problem.goal
-    each = {"coverage": 1, "dop": 2, "mean_error": 2 * RAMPS}.get(goal.wanted)
+    each = {"coverage": 1, "dop": 2, "mean_error": 2}.get(goal.wanted)
     return each is not None and len(problem.anchor) * len(problem.targets) * each <= MOST_PARTS
 
 
@@ -80,52 +78,37 @@ def relaxation_of(problem: Problem, count: int, around: Sequence[int] = ()) -> R
     counted = (goal.needed_with_spare - problem.fixed_sight.visible().sum(axis=0)).astype(np.float32)
     if goal.objective == "coverage":
         unit = float(weight[0]) if np.ptp(weight) == 0.0 else 0.0
-        return _without_hopeless(_grouped(sees, counted, weight, unit), count)
+        grouped = _grouped(sees, counted, weight, unit)
+        return _taken(grouped, _hopeful(grouped, count))
     fixed, chosen = _shares(problem, sees, () if goal.is_share else around)
+    base = 0.0 if goal.is_share else -goal.worst_counted_m
     if goal.is_share:
-        limits = [(np.full(len(targets), goal.dop_limit), np.ones(len(targets)))]
+        worth, at_once, scale = np.ones((3, len(targets))) * [[1.0], [0.0], [goal.dop_limit**2]]
     else:
         most = fixed + np.sort(chosen, axis=0)[::-1][:count].sum(axis=0)
-        limits = _ramps(most, -GeometryJudge(problem).of_targets(list(around)), goal.worst_counted_m)
-    anchors_m, parts, needs = sees.astype(np.float32), [], []
-    for limit, _ in limits:
-        brings = np.minimum(limit**2 * chosen, 1.0).astype(np.float32)
-        parts.append(np.stack([anchors_m, brings], axis=1))
-        needs.append(np.stack([counted, (1.0 - limit**2 * fixed).astype(np.float32)]))
-    rows = Relaxation(
-        np.concatenate(parts, axis=2),
-        np.concatenate(needs, axis=1),
-        np.concatenate([weight * gain for _, gain in limits]),
-        0.0 if goal.is_share else -goal.worst_counted_m,
-        0.0,
-        False,
-        ramp=not goal.is_share,
-    )
+        error_m = -GeometryJudge(problem).of_targets(list(around))
+        worth, at_once, scale = _ramp(most, error_m, goal.worst_counted_m)
+    brings = np.minimum(scale * chosen, 1.0).astype(np.float32)
+    left = (1.0 - at_once - scale * fixed).astype(np.float32)
+    part, need = np.stack([sees.astype(np.float32), brings], axis=1), np.stack([counted, left])
+    rows = Relaxation(part, need, weight * worth, base, 0.0, False, ramp=not goal.is_share)
+    kept = _hopeful(rows, count)
     if goal.is_share:
         best = GeometryJudge(replace(problem, goal=replace(goal, spare=0)))
-        rows = _taken(rows, best.of_targets(list(range(len(problem.anchor)))) > 0.5)
-    return _without_hopeless(_taken(rows, rows.weight > 0.0), count)
+        kept &= best.of_targets(list(range(len(problem.anchor)))) > 0.5
+    return _taken(rows, kept)
 
 
-def _ramps(most: Floats, error_m: Floats, worst_m: float) -> list[tuple[Floats, Floats]]:
-    """(errors (m,) up to which two ramps rise, what they are worth in the end, metres).
+def _ramp(most: Floats, error_m: Floats, worst_m: float) -> tuple[Floats, Floats, Floats]:
+    """Of each target (m,): what it is worth at most, metres, which part of that at once, how fast g brings the rest.
 
-    most: (m,) what g comes to at most. error_m: (m,) where the second tangent is laid. A tangent at an error e is
-    -3/2 e + 1/2 e³ g.
+    most: what g comes to at most. error_m: where the tangent is laid.
     """
     least_m = np.minimum(1.0 / np.sqrt(np.maximum(most, 1e-30)), worst_m)
-    far_m = worst_m / 1.5
-    near_m = np.clip(error_m, least_m, far_m)
-    steep, flat = 0.5 * far_m**3, 0.5 * near_m**3
-    # where the tangents meet, and where either comes to the least error
-    meet = (worst_m - 1.5 * near_m) / np.maximum(steep - flat, 1e-30)
-    steep_ends, flat_ends = (worst_m - least_m) / steep, (1.5 * near_m - least_m) / flat
-    two = (near_m < far_m) & (meet < flat_ends)
-    first = np.where(two, meet, steep_ends)
-    second = np.where(two, flat_ends, steep_ends)
-    first_gain = np.where(two, (steep - flat) * meet, steep * steep_ends)
-    second_gain = np.where(two, flat * flat_ends, 0.0)
-    return [(1.0 / np.sqrt(np.maximum(at, 1e-30)), gain) for at, gain in ((first, first_gain), (second, second_gain))]
+    worth_m = np.maximum(worst_m - least_m, 1e-12)
+    # at larger errors a tangent would be worth less than nothing where g is 0
+    tangent_m = np.clip(error_m, least_m, worst_m / 1.5)
+    return worth_m, (worst_m - 1.5 * tangent_m) / worth_m, 0.5 * tangent_m**3 / worth_m
 
 
 def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: float) -> Relaxation:
@@ -138,10 +121,10 @@ def _grouped(sees: npt.NDArray[np.bool_], need: Parts, weight: Floats, unit: flo
     return Relaxation(part, need[None, first], joined, 0.0, unit, True)
 
 
-def _without_hopeless(rows: Relaxation, count: int) -> Relaxation:
-    """Without the rows that the ``count`` candidates which bring most to each do not make good."""
-    top = np.sort(rows.part, axis=0)[::-1][:count].sum(axis=0)
-    return _taken(rows, (top >= rows.need - ROUNDING)[rows.to_be_met].all(axis=0))
+def _hopeful(rows: Relaxation, count: int) -> npt.NDArray[np.bool_]:
+    """(rows,) which the ``count`` candidates that bring most to each make good."""
+    top = np.sort(rows.part[:, rows.to_be_met], axis=0)[::-1][:count].sum(axis=0)
+    return np.asarray((top >= rows.need[rows.to_be_met] - ROUNDING).all(axis=0))
 
 
 def _taken(rows: Relaxation, which: npt.NDArray[np.bool_]) -> Relaxation:
@@ -175,7 +158,7 @@ def _shares(problem: Problem, sees: npt.NDArray[np.bool_], around: Sequence[int]
 
     def brought(anchor: Floats, seen: npt.NDArray[np.bool_]) -> Floats:
         along = _along(axes, targets.point_m, anchor, seen)
-        return np.asarray(np.einsum("mi,mij,mj->m", along, tangent, along))
+        return np.asarray((along * np.einsum("mij,mj->mi", tangent, along)).sum(axis=1))
 
     fixed = np.zeros(len(targets))
     for anchor, one in zip(problem.fixed, fixed_sees, strict=True):
