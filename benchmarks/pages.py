@@ -17,7 +17,7 @@ one part anew. Every ratio compares two things measured in one run; absolute tim
 part names. Times are the best of several, warm.
 """
 MARK = "<!-- group: {} -->"
-MARKS = re.compile(r"^<!-- group: (\w+) -->\n", re.MULTILINE)
+MARKS = re.compile(r"^<!-- group: ([\w-]+) -->\n", re.MULTILINE)
 
 
 def parts_of(page: str) -> dict[str, str]:
@@ -31,5 +31,5 @@ def with_part(page: str, group: str, order: Sequence[str], machine: Mapping[str,
     told = "; ".join(f"{label} {value}" for label, value in machine.items())
     part = f"\n*Group `{group}`: {told}.*\n\n" + "\n".join(as_markdown(table) for table in tables) + "\n"
     parts = {**parts_of(page), group: part}
-    body = "".join(f"{MARK.format(name)}\n{parts[name]}" for name in order if name in parts)
+    body = "\n".join(f"{MARK.format(name)}\n{parts[name].rstrip()}\n" for name in order if name in parts)
     return f"{HEAD}\n{body.rstrip()}\n"
