@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 import navigation
 from navigation import BubbleError, MotionNoise
-from planning.paths.sight_maps import exact_lines
+from planning.paths.exact_lines import exact_lines
 from terrain import ElevationGrid, nearest_surface, told_place
 from visibility import (
     Anchor,

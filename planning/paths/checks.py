@@ -23,10 +23,11 @@ from planning.validation import PathValidation
 from terrain import told_place
 
 from .describing import described
+from .exact_lines import Enough
 from .fields import CostField, bit_of, running_sums
 from .outcomes import Path, Reason
 from .places import Cells, sampled
-from .sight_maps import Enough, Sightings, SightMaps
+from .sight_maps import Sightings, SightMaps
 
 __all__ = [
     "Ground",

@@ -50,7 +50,6 @@ from .missions.files import router as mission_files
 from .missions.routes import router as missions
 from .probes import router as probes
 from .problems import answer_with_problems
-from .products.replans import router as replans
 from .products.resources import product_router
 from .seeing.metrics import Metrics
 from .seeing.metrics import router as metrics
@@ -151,7 +150,6 @@ def create_app(
     routers = [
         *(dems, ground, missions, mission_files, imports, probes),
         *(product_router(product) for product in products.values()),
-        replans,
         *(detections, detectors, range_logs, health, metrics, problem_routes),
     ]
     for router in routers:

@@ -21,6 +21,7 @@ from service.ground.request import GroundIn
 from service.live.request import DetectionIn, DetectorIn, EpochsIn
 from service.missions.document import MissionIn
 from service.probes.canopy_fits import CanopyFitIn
+from service.probes.replans import ReplanIn
 from service.probes.request import PreviewIn, ProbeIn, ProfilesIn
 from service.products import Product
 
@@ -69,6 +70,7 @@ OTHERS = [
 # bodies that routes read unparsed, beside those of the products
 OTHER_BODIES = (
     CanopyFitIn, DetectionIn, DetectorIn, EpochsIn, GroundIn, MissionIn, PreviewIn, ProbeIn, ProfilesIn,
+    ReplanIn,
 )  # fmt: skip
 # Where the framework adds its own 422 nothing can fail: parameters are words, and every word is a valid one.
 FRAMEWORK_SCHEMAS = ("HTTPValidationError", "ValidationError")

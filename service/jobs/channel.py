@@ -228,10 +228,8 @@ class CalculateArguments(JobRequest):
     job_id: str
 
 
-class ReplanArguments(CalculateArguments):
-    """A finished path, and from where it is to be planned again."""
-
-    given: BodyArguments
+class ReplanArguments(CalculateArguments, BodyArguments):
+    """A finished path, and as a body from where it is to be planned again."""
 
 
 class Calculated(TypedDict):
@@ -291,16 +289,11 @@ def read_body(model: type[Body], data: bytes | str, settings: Settings) -> Body:
             found = fields
             for name in place:
                 found = found.get(name) if isinstance(found, dict) else None
-            _refuse_long(found, what, limit_name, getattr(settings, limit_name))
+            limit = getattr(settings, limit_name)
+            if isinstance(found, list) and len(found) > limit:
+                raise LimitError(
+                    f"{len(found):,} {what} are more than the limit of {limit:,} in one request",
+                    **{"limit_name": limit_name, "limit": limit, "given": len(found)},
+                )
 
     return model_of(model, data, refuse_long)
-
-
-def _refuse_long(given: Any, what: str, limit_name: str, limit: int) -> None:
-    if isinstance(given, list) and len(given) > limit:
-        raise LimitError(
-            f"{len(given):,} {what} are more than the limit of {limit:,} in one request",
-            limit_name=limit_name,
-            limit=limit,
-            given=len(given),
-        )

@@ -24,9 +24,9 @@ from service.probes.canopy_fits import CanopyFitIn, canopy_fit
 from service.probes.places import probe
 from service.probes.previews import write_preview
 from service.probes.profiles import profiles
+from service.probes.replans import ReplanIn, replan
 from service.probes.request import PREVIEW_FILE, PreviewIn, ProbeIn, ProfilesIn
 from service.products import Given, Needs, Product, Work
-from service.products.paths.replans import ReplanIn, replan
 from terrain import ElevationGrid
 
 from .channel import (
@@ -112,7 +112,7 @@ def answer_replan(context: TaskContext, arguments: ReplanArguments) -> Mapping[s
     """A path planned again from another start. Raises NotJsonError, NotValidError, NotFoundError, what ``replan``
     raises.
     """
-    given = read_body(ReplanIn, body_in(arguments["given"]), context.settings)
+    given = read_body(ReplanIn, body_in(arguments), context.settings)
     product = context.products["path"]
     asked = product.unpacked(arguments["parameters"], context.folder.inputs(arguments["job_id"]))
     return {"json": replan(_ground(context, arguments["dem_id"], asked), asked, given).model_dump_json()}

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from planning.paths import CostWeights, PathLimits, PathProblem, PathStatus, RoverModel, plan_path
 from planning.paths.checks import hidden_places
+from planning.paths.exact_lines import Enough
 from planning.paths.fields import cost_field
 from planning.paths.places import middles, steepest_rad
-from planning.paths.sight_maps import Enough, sight_maps
+from planning.paths.sight_maps import sight_maps
 from terrain import ElevationGrid, height_at
 from terrain.synthetic import fractal
 from visibility import VISIBLE, Anchor, anchor_above_ground, dop, lines_of_sight, min_visible_altitude

@@ -15,8 +15,9 @@ from planning import PlaceError
 from planning.paths import PathLimits, PathProblem, PathStatus, PlanBudget, Reason, RoverModel, plan_path
 from planning.paths.checks import breaks
 from planning.paths.ends import ends_of
+from planning.paths.exact_lines import Enough
 from planning.paths.fields import bit_of, cost_field
-from planning.paths.sight_maps import Enough, Positioning, Sightings, sight_maps
+from planning.paths.sight_maps import Positioning, Sightings, sight_maps
 from terrain import ElevationGrid, height_at
 from visibility import Anchor, dop
 from visibility.signal import RADIOS
