@@ -91,10 +91,11 @@ def walk_along(grid: ElevationGrid, vertices_m: Numbers, speed: Speed, step_m: f
     flat_m = weight * length[segment] if len(legs) else np.empty(0)
     ground_m = flat_m * np.sqrt(1.0 + tangent**2)
     seconds = ground_m / speed(np.arctan(tangent))
-    # vertices go in between the pieces that end and begin there
+    # vertices go in between the pieces that end and begin there: segment + share alone rounds away how near one begins
     at_vertex = np.arange(len(corners))
     of_vertex = np.append(headings, headings[-1:], axis=0)[: len(corners)]
-    order = np.argsort(np.concatenate([segment + share, at_vertex]), kind="stable")
+    along, legs_begun = np.append(share, np.full(len(corners), -1.0)), np.append(segment, at_vertex)
+    order = np.lexsort((along, legs_begun))
     before = np.searchsorted(segment, at_vertex)
     all_places = np.concatenate([place, corners])[order]
     return Walk(

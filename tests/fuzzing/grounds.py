@@ -56,6 +56,10 @@ def made_ids(server: Server, folder: Path, document: dict[str, Any]) -> dict[str
         )
         assert made["status"] == "succeeded", made
         ids["map_id"].append(made["id"])
+    path = {**schemas["PathIn"]["examples"][0], **CHANGES["PathIn"], "dem_id": dems[0]}
+    planned = server.until_over(server.client.post("/paths", json=path).headers["Location"])
+    assert planned["status"] == "succeeded", planned
+    ids["path_id"] = [planned["id"]]
     detector = schemas["DetectorIn"]["examples"][0]
     moved = [
         {**one, "east_m": WEST_M + one["east_m"], "north_m": NORTH_M - 600.0 + one["north_m"]}

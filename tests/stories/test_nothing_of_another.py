@@ -29,7 +29,7 @@ from tests.service.small_maps import small_grid
 from tests.terrain.tiles.cutting import cut_tif, rough
 
 # what alpha has made of them; of the others its map has to serve as an id
-MADE = ("visibility-map", "window-map", "lines-of-sight", "navigation", "protection-levels")
+MADE = ("visibility-map", "window-map", "path", "lines-of-sight", "navigation", "protection-levels")
 METRES = rasterio.Affine(30, 0, 700_000, 0, -30, 5_100_000)
 # what stands in paths besides the id, and what queries need
 PARTS = {"level": "0", "row": "0", "col": "0", "version": "1"}
@@ -38,6 +38,7 @@ BODIES: dict[str, Any] = {
     "/epochs": {"epochs": [{"time_s": 0.0, "ranges": []}]},
     "/drive": {"path_m": [[0.0, 0.0], [10.0, 0.0]]},
     "/missions/": {"name": "mine now"},
+    "/replans": {"start": {"east_m": 0.0, "north_m": 0.0}},
 }
 MISSING = (404, 410)
 

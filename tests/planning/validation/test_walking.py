@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planning.validation.walking import ON_EDGE, gradients_at, walk_along
@@ -26,6 +26,7 @@ def walked(grid, vertices_m, step_m=2.5):
 
 
 @given(paths)
+@example([(0.0, 0.0), (0.0, 49.99999999999994), (0.0, 370.0)])
 @settings(max_examples=60, deadline=None)
 def test_every_piece_lies_in_one_triangle_and_samples_are_near_one_another(vertices_m):
     walk = walked(level(), vertices_m)

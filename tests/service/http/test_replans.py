@@ -75,7 +75,9 @@ def test_a_start_may_be_geojson_and_a_path_that_was_none_may_be_one_from_elsewhe
     assert beyond["start"]["east_m"] == pytest.approx(at(700.0, 300.0)["east_m"], abs=1e-3)
 
 
-def test_what_is_long_of_a_path_is_known_when_it_is_planned_again(server: Server, ground: dict[str, Any]) -> None:
+def test_what_stands_on_the_ground_of_a_path_stands_there_when_it_is_planned_again(
+    server: Server, ground: dict[str, Any]
+) -> None:
     ring = [[lon + east, lat + north] for lon, lat in [lon_lat(at(330.0, 120.0))] for east, north in
             ((0.0, 0.0), (3e-4, 0.0), (3e-4, 3e-4), (0.0, 3e-4), (0.0, 0.0))]  # fmt: skip
     house = {"type": "Feature", "properties": {"height": 8.0}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
