@@ -47,9 +47,10 @@ STEPS, SCENARIOS = 12, 40
 PATIENCE_S = 60.0
 LATEST = 3  # of what was made
 MOST_BYTES = 100_000  # of an answer that are looked through for ids
-LAYERS = {product.path: [layer.name for layer in product.layers] for product in PRODUCTS.values()}
-RASTERS = {
-    product.path: [layer.name for layer in product.layers if layer.media_type == COG] for product in PRODUCTS.values()
+# layers that every result has: that one lacks what was not asked for is no fault
+LAYERS = {
+    product.path: [layer for layer in product.layers if layer.needs is layer.mission is layer.status is None]
+    for product in PRODUCTS.values()
 }
 
 
@@ -99,8 +100,9 @@ class Asking:
         jobs = [*jobs[:1], *jobs[-LATEST:]]
         for name, given in dict(case.path_parameters or {}).items():
             if name in ("layer", "name"):
-                names = RASTERS if "/tiles/" in case.operation.path else LAYERS
-                case.path_parameters[name] = self.chance.choice(names.get(path, ["mission.json"]))
+                tiles = "/tiles/" in case.operation.path
+                names = [layer.name for layer in LAYERS.get(path, []) if layer.media_type == COG or not tiles]
+                case.path_parameters[name] = self.chance.choice(names or ["mission.json"])
             elif name in ("level", "row", "col"):
                 case.path_parameters[name] = 0
             elif given not in self.told and not deletes:
